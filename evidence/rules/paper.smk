@@ -200,3 +200,21 @@ rule draw_gathering:
         "Figure 5 of the paper"
     script:
         "../measure.py"
+
+
+rule draw_edges:
+    input:
+        structure=ancient(structure_file(FRAGMENTS[config["fragments"]["drawn"]]["structure"])),
+    output:
+        figure=f"{FIGURES}/why_edges.png",
+    log:
+        f"{RESULTS}/logs/draw_edges.log",
+    params:
+        dots=FRAGMENTS[config["fragments"]["drawn"]]["dots"],
+        surface=config["fragments"]["surface"],
+        patches=config["fragments"]["patches"],
+        seed=config["seed"],
+    message:
+        "Where in their patches dots are kept"
+    script:
+        "../measure.py"
