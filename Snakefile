@@ -281,6 +281,7 @@ rule select_minimal_subset:
         ply="results/{run}/{protein}/{conformation}/minimal.ply",
         whole="results/{run}/{protein}/{conformation}/surface.ply",
         recovered="results/{run}/{protein}/{conformation}/recovered.csv",
+        reconstructed="results/{run}/{protein}/{conformation}/reconstructed.npz",
         fields="results/{run}/{protein}/{conformation}/fields.npz" if config["fields"] else [],
         fields_recovered="results/{run}/{protein}/{conformation}/fields.csv" if config["fields"] else [],
     log:
@@ -310,6 +311,7 @@ rule draw_view:
         surface="results/{run}/{protein}/{conformation}/surface.npz",
         roughness="results/{run}/{protein}/{conformation}/roughness.csv",
         minimal="results/{run}/{protein}/{conformation}/minimal.csv",
+        reconstructed="results/{run}/{protein}/{conformation}/reconstructed.npz",
         fields="results/{run}/{protein}/{conformation}/fields.npz" if config["fields"] else [],
         structure=structure_of_conformation,
         grid=if_sampled("grid.csv"),

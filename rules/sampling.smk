@@ -68,6 +68,7 @@ rule draw_figures:
         best="results/{run}/{protein}/{conformation}/best.json",
         minimal="results/{run}/{protein}/{conformation}/minimal.csv",
         recovered="results/{run}/{protein}/{conformation}/recovered.csv",
+        reconstructed="results/{run}/{protein}/{conformation}/reconstructed.npz",
     output:
         required_dots=in_report("results/{run}/{protein}/{conformation}/figures/required_dots.png"),
         number_of_dots=in_report("results/{run}/{protein}/{conformation}/figures/number_of_dots.png"),

@@ -11,6 +11,7 @@ from sparsurf.sampling.combination import Combination
 from sparsurf.sampling.samplers import sampler_label
 from sparsurf.surfaces.surface import Surface
 from sparsurf.views import layout
+from sparsurf_study.analysis.reconstructed import read_reconstructed
 from sparsurf_study.analysis.rough_and_flat import kept_and_any, table_of_bins
 from sparsurf_study.analysis.tables import read_minimal, read_prepared, read_table, surface_of_minimal
 from sparsurf_study.report import pictures
@@ -41,7 +42,9 @@ with job(snakemake) as s:
             ("random subset of the same size", uniform, layout.RANDOM),
             (f"minimal subset, {sampler_label(errors['sampler'].iloc[0])}", minimal, layout.DARK),
         ],
-        recovered=subsets.recovered_from(prepared, minimal, s.threads),
+        recovered=subsets.recovered_from(
+            prepared.points, *read_reconstructed(s.input.reconstructed, len(prepared))
+        ),
         rough_and_flat=rough_and_flat.content_of_figure(around, best["references"]),
         grid=read_table(s.input.grid, best["combinations"], "combinations"),
         recovered_errors=errors,

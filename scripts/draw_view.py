@@ -8,12 +8,12 @@ from PIL import Image  # matplotlib takes longer to import than all of this to d
 from sparsurf_study.workflow.jobs import job
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.molecules.read_molecule import residue_labels
-from sparsurf.recovery.reconstructing import distance_to_reconstructed, measured_model
 from sparsurf.sampling.samplers import farthest
 from sparsurf.surfaces.formats.npz import read_npz, with_fields_of_file
 from sparsurf.views.render import along_smallest_axis, thumbnail
 from sparsurf.views.viewer.page import MAX_DOTS, page, values_of
-from sparsurf_study.analysis.tables import read_minimal, read_roughness, read_table, surface_of_minimal
+from sparsurf_study.analysis.reconstructed import read_reconstructed
+from sparsurf_study.analysis.tables import read_minimal, read_roughness, read_table
 from sparsurf_study.report.page_origin import origin_of_page, with_atoms
 
 FIRST_PAGE = "surface.html"  # of draw_roughness, in the same folder
@@ -25,7 +25,7 @@ with job(snakemake) as s:
     streams = s.streams(shared=True)
     prepared = PreparedSurface(dots, s.settings, roughness, streams)
     order = farthest(prepared, min(len(dots), MAX_DOTS), streams("minimal", "farthest"))
-    kept = surface_of_minimal(subset)
+    _, distance = read_reconstructed(s.input.reconstructed, len(dots))
     best = json.loads(Path(s.input.best).read_text(encoding="utf-8")) if s.input.best else None
     text = page(
         s.params.title,
@@ -34,7 +34,7 @@ with job(snakemake) as s:
         read_table(s.input.grid, best["combinations"], "combinations") if best else None,
         best,
         residue_labels(s.input.structure or None),
-        values_of(dots, distance_to_reconstructed(dots.points, kept, measured_model(kept), s.threads)),
+        values_of(dots, distance),
         subset["dot"].tolist() if "dot" in subset else [],
         turn=along_smallest_axis(dots.points),
         first=FIRST_PAGE,

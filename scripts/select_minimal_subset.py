@@ -13,6 +13,7 @@ from sparsurf.surfaces.components import COMPONENT_FIELD, fields_without_compone
 from sparsurf.surfaces.formats.csv import write_csv
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.formats.ply import write_ply
+from sparsurf_study.analysis.reconstructed import write_reconstructed
 from sparsurf_study.analysis.tables import read_roughness, read_table
 from sparsurf_study.rounding import write_rounded
 
@@ -34,7 +35,10 @@ with job(snakemake) as s:
         roughness=read_roughness(s.input.roughness, dots),
         choices=choices,
     )
-    write_rounded(s.output.recovered, found.errors(s.threads))
+    reconstructed = found.reconstructed(s.threads)
+    write_rounded(s.output.recovered, found.errors(s.threads, reconstructed))
+    distance = reconstructed.distances(dots.points, s.threads)
+    write_reconstructed(s.output.reconstructed, reconstructed.comparable, distance)
     few, fields = found.subset, found.surface.fields
     rows = few.table.assign(**few.surface.fields)
     write_csv(s.output.table, rows, list(few.surface.fields))

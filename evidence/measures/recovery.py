@@ -9,6 +9,8 @@ from scipy.spatial import cKDTree
 
 import sparsurf
 from sparsurf_study.workflow.jobs import Job
+from sparsurf.recovery.readings import comparable_density
+from sparsurf.recovery.reconstructing import reconstruct_twice
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.views import layout
 from sparsurf_study.analysis.relation import with_interval
@@ -86,10 +88,11 @@ def paired(table: pd.DataFrame, first: str, second: str, measures: Sequence[str]
 def draw_recovery(job: Job) -> None:
     """Draw the embedded example, the few dots that `minimal` keeps by default, and the surface rebuilt from these."""
     surface = sparsurf.surface(job.input.structure)
-    few, prepared = sparsurf.minimal(surface), sparsurf.prepare(surface)
+    few, density = sparsurf.minimal(surface), comparable_density(sparsurf.prepare(surface).density)
+    back = reconstruct_twice(few.surface, density, few.model, job.threads)
     figure = subsets.figure(
         surface,
         [("the dots that are kept, with normals", few.surface, layout.DARK)],
-        subsets.recovered_from(prepared, few.surface, job.threads, "these"),
+        subsets.recovered_from(surface.points, back.comparable, back.distances(surface.points), "these"),
     )
     layout.save(figure, job.output.figure)

@@ -26,8 +26,9 @@ from sparsurf.recovery.reconstructing import (
     AUTO,
     INTERPOLANT,
     SPHERES,
-    distance_to_reconstructed,
+    Reconstructed,
     reconstruct,
+    reconstruct_twice,
 )
 from sparsurf.recovery.recovering import REACH, dot_spacing
 from sparsurf.sampling.combination import PUBLISHED_CHOICES, Choices
@@ -137,22 +138,27 @@ class Representation:
         weight = self.subset.weight
         return residue_table(self.surface, self.roughness, self.molecule, self.subset.dots, weight, component)
 
-    def errors(self, threads: int = 1) -> pd.DataFrame:
+    def reconstructed(self, threads: int = 1) -> Reconstructed:
+        """Reconstruct the surface from the subset: densely, and at a density at which it is compared with the whole surface."""
+        density = comparable_density(self.trials.prepared.density, self.trials.prepared.patches.d_link)
+        return reconstruct_twice(self.subset.surface, density, self.subset.model, threads)
+
+    def errors(self, threads: int = 1, reconstructed: Reconstructed | None = None) -> pd.DataFrame:
         """Return the distances of the true surface from the one reconstructed from the subset: the rows of recovered.csv.
 
         They are measured on independent dots of the whole surface, or on the dots that were not kept where the atoms of the dots
-        are not known.
+        are not known. The surface is reconstructed if it is not given.
         """
         few, prepared, test = self.subset, self.trials.prepared, self.trials.test_surface
         points, kept = (prepared.points, few.dots) if test is None else (test.points, np.empty(0, int))
         index = prepared.index if test is None else build_grid(test.points, test.normals)
-        distances = distance_to_reconstructed(points, few.surface, few.model, threads)
-        errors = error_table(distances, curvature(index, threads=threads), kept)
+        back = reconstructed or self.reconstructed(threads)
+        errors = error_table(back.distances(points, threads), curvature(index, threads=threads), kept)
         low, high = few.interval or (np.nan, np.nan)
         of_subset = {"n_S_percent": len(few), "n_S_percent_low": low, "n_S_percent_high": high}
         of_subset = {key: 100 * n / len(prepared) for key, n in of_subset.items()}
         of_subset |= {"density": len(few) / prepared.area}
-        of_subset |= recovered_z(prepared, few.surface, few.model, self.trials.tests)
+        of_subset |= recovered_z(prepared, back.comparable, self.trials.tests)
         errors.loc[0, list(of_subset)] = list(of_subset.values())
         about = {"measured_on": NOT_KEPT if test is None else INDEPENDENT}
         about |= {"sampler": few.sampler, "model": few.model}
@@ -269,13 +275,10 @@ def _on_molecule(dots: Surface, molecule: Molecule, settings: Settings) -> Surfa
     )
 
 
-def recovered_z(prepared: PreparedSurface, few: Surface, model: str, tests: np.ndarray) -> dict[str, float]:
-    """Compute Z of the surface reconstructed from few dots, at test dots, by two descriptors: the columns Z_<descriptor>."""
-    out, d_link = {}, prepared.patches.d_link
-    density = comparable_density(prepared.density, d_link)
-    model = model if model == INTERPOLANT else AUTO
-    points, normals, _ = reconstruct(few, density, model, threads=prepared.threads)
-    index = build_index(points, normals, d_link)
+def recovered_z(prepared: PreparedSurface, reconstructed: Surface, tests: np.ndarray) -> dict[str, float]:
+    """Compute Z of a reconstructed surface, at test dots, by two descriptors: the columns Z_<descriptor>."""
+    out = {}
+    index = build_index(reconstructed.points, reconstructed.normals, prepared.patches.d_link)
     for name in DESCRIPTORS_OF_ERRORS:
         view = prepared.with_descriptor(name)
         z = view.distances_to_index(index, tests, view.describe(tests)[0])[0]

@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import logging
-from typing import TYPE_CHECKING
+from typing import NamedTuple
 
 import numpy as np
 
 from sparsurf.arguments import AUTO, INTERPOLANT, SPHERES
 from sparsurf.errors import InputError
-from sparsurf.recovery.errors import DENSITY_FOR_ERRORS, distance_to_recovered, distance_to_surface
+from sparsurf.recovery.errors import DENSITY_FOR_ERRORS, distance_to_surface
 from sparsurf.recovery.recovering import MIN_INTERPOLATED, NEWTON_STEPS, REACH, interpolate_surface
 from sparsurf.recovery.spheres.rebuilding import rebuild
 from sparsurf.recovery.spheres.votes import MIN_DOTS
 from sparsurf.surfaces.spacing import DENSITY
-
-if TYPE_CHECKING:
-    from sparsurf.surfaces.surface import Surface
+from sparsurf.surfaces.surface import Surface
 
 log = logging.getLogger("sparsurf")
 
@@ -65,17 +63,38 @@ def reconstruct(
     return found.points, found.normals, found.share
 
 
-def measured_model(few: Surface) -> str:
-    """Return the model by which the errors of a minimal subset are measured: spheres where dots were chosen for them."""
-    return SPHERES if few.reconstruction is not None and few.reconstruction.model == SPHERES else INTERPOLANT
+class Reconstructed(NamedTuple):
+    """The surface of few dots at two densities; `reconstruct_twice` makes it."""
+
+    dense: Surface  # from whose dots errors are measured
+    comparable: Surface  # as dense as the whole surface, for patches and pictures
+
+    def distances(self, points: np.ndarray, threads: int = 1) -> np.ndarray:
+        """Compute the distance (M,), Å, of points from the reconstructed surface."""
+        return distance_to_surface(points, self.dense.points, self.dense.normals, threads)
+
+
+def reconstruct_twice(few: Surface, density: float, model: str = AUTO, threads: int = 1) -> Reconstructed:
+    """Reconstruct the surface of few dots for its errors, and at `density` dots per Å^2; 'spheres' refuses no dots here."""
+    model = INTERPOLANT if model == INTERPOLANT else AUTO
+    points, normals, _ = reconstruct(few, density, model, threads=threads)
+    return Reconstructed(Surface(*reconstruct_densely(few, model, threads)), Surface(points, normals))
+
+
+def reconstruct_densely(few: Surface, model: str = AUTO, threads: int = 1) -> tuple[np.ndarray, np.ndarray]:
+    """Reconstruct the surface of few dots so densely that errors are measured from its dots: points and normals.
+
+    The model 'spheres' refuses no dots here.
+    """
+    if model != INTERPOLANT:
+        points, normals, share = reconstruct(few, DENSITY_FOR_SPHERES, AUTO, threads=threads)
+        if share > 0:
+            return points, normals
+    return interpolate_surface(few.points, few.normals, DENSITY_FOR_ERRORS, threads=threads)
 
 
 def distance_to_reconstructed(
     points: np.ndarray, few: Surface, model: str = AUTO, threads: int = 1
 ) -> np.ndarray:
     """Compute the distance (M,), Å, of points from the surface of few dots; 'spheres' refuses no dots here."""
-    if model != INTERPOLANT:
-        dense, outward, share = reconstruct(few, DENSITY_FOR_SPHERES, AUTO, threads=threads)
-        if share > 0:
-            return distance_to_surface(points, dense, outward, threads)
-    return distance_to_recovered(points, few.points, few.normals, threads, DENSITY_FOR_ERRORS)
+    return distance_to_surface(points, *reconstruct_densely(few, model, threads), threads)

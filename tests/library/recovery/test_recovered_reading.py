@@ -13,6 +13,7 @@ from sparsurf.patches import descriptors
 from sparsurf.patches.index import build_index
 from sparsurf.recovery import readings
 from sparsurf.recovery.readings import comparable_density
+from sparsurf.recovery.reconstructing import reconstruct_twice
 from sparsurf.recovery.recovering import interpolate_surface
 from sparsurf.sampling import published
 from sparsurf.sampling.samplers import farthest
@@ -36,7 +37,8 @@ def test_it_is_the_description_of_the_recovered_surface(prepared):
     z, _ = prepared.distances([kept], tests, z_tot, "recovered")
     index = build_index(*interpolate_surface(prepared.points[kept], prepared.normals[kept], prepared.density))
     few = Surface(prepared.points[kept], prepared.normals[kept])
-    by_descriptor = recovered_z(prepared, few, "interpolant", tests)
+    comparable = reconstruct_twice(few, prepared.density, "interpolant").comparable
+    by_descriptor = recovered_z(prepared, comparable, tests)
     for name in kinds.TABLE["descriptor"]:  # each beside the full surface in its own descriptor
         whole, alone = (
             descriptors.describe_patches(dots, prepared.points[tests], descriptor=name)[0]
@@ -48,7 +50,7 @@ def test_it_is_the_description_of_the_recovered_surface(prepared):
     patches = prepared.patches.model_copy(update={"r_zernike": 4.0, "d_link": 0.7})
     narrow = PreparedSurface(prepared.surface, Settings(patches=patches), streams=Streams(1))
     of_narrow, _ = narrow.distances([kept], tests, narrow.describe(tests)[0], "recovered")
-    assert recovered_z(narrow, few, "interpolant", tests)["Z_published"] == pytest.approx(of_narrow.mean())
+    assert recovered_z(narrow, comparable, tests)["Z_published"] == pytest.approx(of_narrow.mean())
     alone, _ = descriptors.describe_patches(index, prepared.points[tests])
     assert z[0] == pytest.approx(np.linalg.norm(alone - z_tot, axis=1), rel=1e-9)
     as_it_is, _ = prepared.distances([kept], tests, z_tot, "full")

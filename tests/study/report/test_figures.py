@@ -92,7 +92,11 @@ def test_the_figures_of_a_surface_are_drawn_from_its_own_results(study, tmp_path
     folder, drawn = study / "results/small/still/f0", {}
     monkeypatch.setattr(layout, "save", lambda figure, path: drawn.setdefault(Path(path).stem, figure))
     inputs = {name: folder / f"{name}.csv" for name in ("roughness", "grid", "minimal", "recovered")}
-    inputs |= {"surface": folder / "surface.npz", "best": folder / "best.json"}
+    inputs |= {
+        "surface": folder / "surface.npz",
+        "reconstructed": folder / "reconstructed.npz",
+        "best": folder / "best.json",
+    }
     outputs = {name: tmp_path / f"{name}.png" for name in ("required_dots", "rough_and_flat", "subsets")}
     outputs |= {"svg": [], "bins": tmp_path / "bins.csv"}
     outputs |= {f"picture_{name}": tmp_path / f"{name}.png" for name in ("sampled", "minimal")}

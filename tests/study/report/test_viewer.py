@@ -15,7 +15,7 @@ from small_study import run_script, unpacked
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.molecules.read_molecule import residue_labels
 from sparsurf.patches.readings import words_of
-from sparsurf.recovery.reconstructing import distance_to_reconstructed, measured_model
+from sparsurf.recovery.reconstructing import distance_to_reconstructed
 from sparsurf.sampling import published
 from sparsurf.sampling.combination import PARAMETERS
 from sparsurf.sampling.samplers import farthest
@@ -111,8 +111,10 @@ def test_the_page_of_a_study_holds_the_numbers_of_its_tables(study, place):
     assert (header["radius"], header["minimal"], header["sampler"]) == (4.0, len(minimal), "minimal")
     assert columns["minimal"].nonzero()[0].tolist() == sorted(minimal["dot"])
     values = {scale["symbol"]: (k, scale) for k, scale in enumerate(header["values"])}
-    kept = tables.surface_of_minimal(minimal)
-    off = distance_to_reconstructed(surface.points, kept, measured_model(kept))
+    model = pd.read_csv(folder / "recovered.csv")["model"][0]
+    kept = surface.take(minimal["dot"].to_numpy())
+    kept = replace(kept, reconstruction=tables.surface_of_minimal(minimal).reconstruction)
+    off = distance_to_reconstructed(surface.points, kept, model)
     wanted = {"R_i": roughness["roughness"], "off": off}
     for symbol, of_dots in (wanted | dict(np.load(folder / "fields.npz"))).items():
         k, scale = values[symbol]

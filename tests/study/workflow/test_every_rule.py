@@ -374,7 +374,15 @@ def test_the_subsets_of_a_figure_are_those_of_its_words(run, ready, tmp_path, mo
     drawn = []
     monkeypatch.setattr(subsets, "draw", drawn.append)
     monkeypatch.setattr(layout, "save", lambda *_: None)
-    names = ("roughness.csv", "grid.csv", "best.json", "minimal.csv", "recovered.csv", "surface.npz")
+    names = (
+        "roughness.csv",
+        "grid.csv",
+        "best.json",
+        "minimal.csv",
+        "recovered.csv",
+        "surface.npz",
+        "reconstructed.npz",
+    )
     inputs = {name.partition(".")[0]: str(run / "ready/c1" / name) for name in names}
     outputs = {"subsets": "figures/subsets.png", "bins": str(tmp_path / "bins.csv")}
     outputs |= {f"picture_{name}": str(tmp_path / f"{name}.png") for name in ("sampled", "minimal")}

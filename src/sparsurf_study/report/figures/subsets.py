@@ -10,8 +10,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib import colors
 
-from sparsurf.recovery.readings import comparable_density
-from sparsurf.recovery.reconstructing import distance_to_reconstructed, measured_model, reconstruct
 from sparsurf.surfaces.surface import Surface
 from sparsurf.views import layout, render
 from sparsurf.views.layout import styled
@@ -20,7 +18,6 @@ from sparsurf.views.numbers import number
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from sparsurf.evaluation.prepared_surface import PreparedSurface
     from sparsurf.views.render import Scene
     from sparsurf_study.report.figures.results import Results
 
@@ -35,20 +32,16 @@ def draw(results: Results) -> Figure:
 
 
 def recovered_from(
-    prepared: PreparedSurface, subset: Surface, threads: int, name: str = "the minimal subset"
+    points: np.ndarray, surface: Surface, distance: np.ndarray, name: str = "the minimal subset"
 ) -> tuple[str, Surface, np.ndarray, np.ndarray]:
-    """Reconstruct the surface from a subset, which `name` describes.
+    """Return what `figure` shows of the `surface` that was reconstructed from a subset, which `name` describes.
 
-    Return a title, the surface, the distance, Å, of each dot of the whole surface from it, measured as in recovered.csv, and the
-    number of the nearest one of these dots for each dot of the reconstructed surface.
+    These are a title, the surface, the `distance`, Å, of each dot of the whole surface, at `points`, from it, and the number of
+    the nearest one of these dots for each dot of the reconstructed surface.
     """
     from scipy.spatial import cKDTree  # here: it takes a quarter of a second to load
 
-    density = comparable_density(prepared.density, prepared.patches.d_link)
-    points, normals, _ = reconstruct(subset, density, measured_model(subset), threads=threads)
-    surface = Surface(points, normals)
-    distance = distance_to_reconstructed(prepared.points, subset, measured_model(subset), threads)
-    _, nearest = cKDTree(prepared.points).query(surface.points, workers=threads)
+    _, nearest = cKDTree(points).query(surface.points)
     return f"reconstructed from {name}", surface, distance, np.asarray(nearest)
 
 
