@@ -89,20 +89,27 @@ rule draw_recovery:
         "../measure.py"
 
 
+# On all chains, evenly spread dots alone are measured
 SPHERES_GROUPS = {
     "chains": config["spheres"]["chains"],
     "with hydrogens": config["spheres"]["with_hydrogens"],
+    "all chains": names_in_set(STRUCTURES, "chains")[:: config["spheres"]["all"]["every"]],
 }
-SPHERES_MEASURED_MORE = [
-    name
-    for group in SPHERES_GROUPS
-    for name in SPHERES_GROUPS[group][:: config["spheres"]["more"]["every"] if group == "chains" else 1]
-]
+SPHERES_MEASURED_MORE = {
+    "chains": config["spheres"]["chains"][:: config["spheres"]["more"]["every"]],
+    "with hydrogens": config["spheres"]["with_hydrogens"],
+    "all chains": [],
+}
 SPHERES_PARTS = {
-    f"{'chains' if group == 'chains' else 'hydrogens'}_{k}": (group, names[k :: config["spheres"]["parts"]])
+    f"{group.replace(' ', '_')}_{k}": (group, names[k :: config["spheres"]["parts"]])
     for group, names in SPHERES_GROUPS.items()
     for k in range(min(config["spheres"]["parts"], len(names)))
 }
+
+
+def spheres_group(wildcards):
+    """Group of the structures of a part."""
+    return SPHERES_PARTS[wildcards.part][0]
 
 
 rule measure_spheres:
@@ -118,13 +125,13 @@ rule measure_spheres:
         part=one_of(SPHERES_PARTS),
     params:
         structures=lambda wildcards: {name: structure_file(name) for name in SPHERES_PARTS[wildcards.part][1]},
-        group=lambda wildcards: SPHERES_PARTS[wildcards.part][0],
+        group=spheres_group,
         hydrogens="keep",
-        densities=config["spheres"]["densities"],
+        densities=lambda wildcards: config["spheres"]["densities"][spheres_group(wildcards)],
         more_densities=config["spheres"]["more"]["densities"],
-        measured_more=SPHERES_MEASURED_MORE,
-        of_cover=lambda wildcards: config["spheres"]["of_cover"][SPHERES_PARTS[wildcards.part][0]],
-        requested_errors=config["spheres"]["errors"],
+        measured_more=lambda wildcards: SPHERES_MEASURED_MORE[spheres_group(wildcards)],
+        of_cover=lambda wildcards: config["spheres"]["of_cover"][spheres_group(wildcards)],
+        requested_errors=lambda wildcards: config["spheres"]["errors"][spheres_group(wildcards)],
         seed=config["seed"],
     message:
         "Errors of the interpolant and of the spheres: {wildcards.part}"
