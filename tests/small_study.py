@@ -2,6 +2,7 @@
 
 import base64
 import copy
+import functools
 import gc
 import hashlib
 import json
@@ -14,7 +15,6 @@ import sys
 import tempfile
 import threading
 import zlib
-from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from types import SimpleNamespace
@@ -101,7 +101,9 @@ def run_study(folder, python=sys.executable):
     """Run the small study in a folder with a Python; return the finished process."""
     folder.mkdir()
     (folder / warm_python.OPENED).mkdir()
-    server = ThreadingHTTPServer(("127.0.0.1", 0), partial(SimpleHTTPRequestHandler, directory=folder))
+    server = ThreadingHTTPServer(
+        ("127.0.0.1", 0), functools.partial(SimpleHTTPRequestHandler, directory=folder)
+    )
     threading.Thread(target=server.serve_forever, daemon=True).start()
     try:
         config = write_study(folder, f"http://127.0.0.1:{server.server_port}")
@@ -175,13 +177,15 @@ def planned_rules(folder, config, edited=()):
     return {job["rule"] for job in jobs} - {"all", "complete_protein"}
 
 
-def planned_jobs(folder, config, *options, all_jobs=False, edited=()):
+def planned_jobs(folder, config, *options, all_jobs=False, edited=(), asks=False):
     """Return the jobs that a dry run in the folder of a study plans: a dict each, with rule, script and what the script is given.
 
     With `all_jobs` all of the study, where at least one is planned; `edited` are files below src/, as if each had a line more.
+    With `asks`, a job says which cores, memory and time it asks for.
     """
     quiet = ["--cores", "2", "--dry-run", "--nolock", "--quiet", "host", "reason"]
     warm_python.import_snakemake()  # once for all dry runs, which are forks of this process
+    read_imports()
     with tempfile.TemporaryDirectory() as own:  # not in the folder, which others copy
         path, log, listed = (Path(own, f"planned.{suffix}") for suffix in ("yaml", "log", "jobs"))
         path.write_text(yaml.safe_dump(config, sort_keys=False))
@@ -192,6 +196,7 @@ def planned_jobs(folder, config, *options, all_jobs=False, edited=()):
             [*map(str, where), *quiet, *options],
             all_jobs,
             [ROOT / "src" / name for name in edited],
+            asks,
         )
         process = multiprocessing.get_context("fork").Process(target=_dry_run, args=call)
         process.start()
@@ -201,7 +206,16 @@ def planned_jobs(folder, config, *options, all_jobs=False, edited=()):
     return jobs
 
 
-def _dry_run(log, listed, options, all_jobs, edited):
+@functools.cache
+def read_imports():
+    """Find what each script imports, which each plan would find again."""
+    from sparsurf_study.workflow import code_version
+
+    for path in (ROOT / "scripts").glob("*.py"):
+        code_version.code_of(path.stem)
+
+
+def _dry_run(log, listed, options, all_jobs, edited, asks):
     """Plan in this process, whose output goes to a file."""
     gc.disable()  # it would search, and so copy, what this fork shares with the tests
     with open(log, "w", encoding="utf-8") as stream:
@@ -215,7 +229,7 @@ def _dry_run(log, listed, options, all_jobs, edited):
 
         def note(job, **_):
             jobs = job.dag.jobs if all_jobs else [job]
-            planned.update((each, _description(each)) for each in jobs if each not in planned)
+            planned.update((each, _description(each, asks)) for each in jobs if each not in planned)
 
         Job.log_info = note  # of this fork
         from sparsurf import kinds
@@ -235,7 +249,7 @@ def _dry_run(log, listed, options, all_jobs, edited):
             listed.write_bytes(pickle.dumps([*planned.values()]))
 
 
-def _description(job):
+def _description(job, asks):
     files = {kind: getattr(job, kind)._plainstrings() for kind in ("input", "output", "log")}
     known = {
         "rule": job.rule.name,
@@ -243,7 +257,8 @@ def _description(job):
         "config": {"origin": job.rule.workflow.config["origin"]},
     }
     known["needs"] = [(each.rule.name, *each.wildcards[1:]) for each in job.dag.dependencies[job]]
-    return known | files | {"wildcards": job.wildcards, "params": job.params, "asks": _resources(job)}
+    known |= {"asks": _resources(job)} if asks else {}
+    return known | files | {"wildcards": job.wildcards, "params": job.params}
 
 
 def _resources(job):

@@ -405,7 +405,7 @@ def test_each_command_reports_what_it_wrote(folder, tmp_path, monkeypatch, capfd
     dots, few = sparsurf.surface("protein.pdb"), sparsurf.read_surface("minimal.csv")
     part = dots[np.isin(dots.to_frame()["residue"], ["211", "212"])]
     mesh, recovered = sparsurf.mesh("protein.pdb"), sparsurf.mesh("minimal.csv")
-    smallest, interpolated = sparsurf.minimal(dots), sparsurf.minimal(dots, model="interpolant")
+    smallest, interpolated = sparsurf.minimal(dots), sparsurf.minimal(dots, error=0.2, model="interpolant")
     low, high = (number(100 * end / len(dots), 1) for end in interpolated.interval)
     volume = sparsurf.components(dots)[1]["volume"].sum()
     dense, share = sparsurf.recover(few), reconstruct(few)[2]
@@ -428,7 +428,7 @@ def test_each_command_reports_what_it_wrote(folder, tmp_path, monkeypatch, capfd
         "minimal protein.pdb --percent 5": f"{round(len(dots) / 20)} of {len(dots):,} dots (5 %), chosen by farthest point",
         "minimal protein.pdb": f"{len(smallest)} of {len(dots):,} dots ({number(100 * len(smallest) / len(dots), 1)} %), "
         "chosen by every atom touched",
-        "minimal protein.pdb --model interpolant": f"{len(interpolated)} of {len(dots):,} dots "
+        "minimal protein.pdb --model interpolant --error 0.2": f"{len(interpolated)} of {len(dots):,} dots "
         f"({number(100 * len(interpolated) / len(dots), 1)} %; 95 % interval {low} to {high} %), chosen by "
         "every atom touched",
         "minimal protein.pdb --error 1e-9": f"{len(dots):,} of {len(dots):,} dots (100 %), chosen by farthest point. "
