@@ -55,5 +55,8 @@ with job(snakemake) as s:
         figure = import_module(f"sparsurf_study.report.figures.{name}").draw(results)
         for path in [path for path in drawn if path.stem == name]:
             layout.save(figure, path)
-    pictures.draw_subset_picture(s.output.picture_sampled, prepared.surface, sampled, layout.SAMPLED)
-    pictures.draw_subset_picture(s.output.picture_minimal, prepared.surface, minimal, layout.DARK)
+    of_subsets = (
+        (s.output.picture_sampled, sampled, layout.SAMPLED),
+        (s.output.picture_minimal, minimal, layout.DARK),
+    )
+    pictures.draw_subset_pictures(prepared.surface, of_subsets)

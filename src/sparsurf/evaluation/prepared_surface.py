@@ -293,6 +293,20 @@ class PreparedSurface:
         patches = (self.index, self.points[tests], bit_words, n_subsets, readings, z_tot)
         return descriptors.compare_many(*patches, **self._kernel)
 
+    def patch_sizes(
+        self, subsets: Sequence[np.ndarray], tests: np.ndarray, readings: Sequence[ReadingLike]
+    ) -> np.ndarray:
+        """Count the dots in the patches of B subsets at T test dots, (R, B, T), under readings of the one surface."""
+        sizes, step, patches = [], descriptors.MAX_SUBSETS, self.patches
+        for a in range(0, len(subsets), step):
+            part = subsets[a : a + step]
+            packed = descriptors.pack_subsets(self.index, part), len(part), readings
+            found = descriptors.patch_sizes(
+                self.index, self.points[tests], *packed, patches.r_zernike, self.threads
+            )
+            sizes.append(found.T.reshape(len(readings), len(part), len(tests)))
+        return np.concatenate(sizes, axis=1)
+
     def compare_uniform(
         self,
         draw: int,

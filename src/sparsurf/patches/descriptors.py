@@ -39,6 +39,7 @@ __all__ = [
     "describe_patches",
     "descriptor_of",
     "pack_subsets",
+    "patch_sizes",
 ]
 
 PATCHES_PER_CALL = 512  # of a descriptor; fixed, so that results do not depend on the number of cores
@@ -147,6 +148,22 @@ def compare_descriptors(
         kind, index, tests, bit_words, n_subsets, readings, n_whole > 0, radius, up, threads, weights, store
     )
     return _in_order(kind, target) if z_tot is None else z_tot, out, sizes[:, n_whole:]
+
+
+def patch_sizes(
+    index: PatchIndex,
+    tests: np.ndarray,
+    bit_words: np.ndarray,
+    n_subsets: int,
+    readings: Sequence[ReadingLike],
+    radius: float = R_ZERNIKE,
+    threads: int = 1,
+) -> np.ndarray:
+    """Count the dots of patches of subsets, (T, R B), without describing them; arguments are those of `compare_descriptors`."""
+    undescribed = Descriptor(0, lambda: np.arange(0), lambda patches: np.empty((len(patches.centres), 0)))
+    return _describe_slices(
+        undescribed, index, tests, bit_words, n_subsets, readings, False, radius, True, threads, None, lambda *_: None
+    )  # fmt: skip
 
 
 def compare_nested(

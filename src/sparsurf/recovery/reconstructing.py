@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -11,7 +12,7 @@ from sparsurf.arguments import AUTO, INTERPOLANT, SPHERES
 from sparsurf.errors import InputError
 from sparsurf.recovery.errors import DENSITY_FOR_ERRORS, distance_to_surface
 from sparsurf.recovery.recovering import MIN_INTERPOLATED, NEWTON_STEPS, REACH, interpolate_surface
-from sparsurf.recovery.spheres.rebuilding import rebuild
+from sparsurf.recovery.spheres.rebuilding import rebuild_at
 from sparsurf.recovery.spheres.votes import MIN_DOTS
 from sparsurf.surfaces.spacing import DENSITY
 from sparsurf.surfaces.surface import Surface
@@ -36,6 +37,18 @@ def reconstruct(
     The model 'auto' is the one that the dots say, or else the spheres where the dots lie on them. Other arguments are those of
     `recovering.interpolate_surface`.
     """
+    return reconstruct_at(few, (density,), model, reach, steps, threads)[0]
+
+
+def reconstruct_at(
+    few: Surface,
+    densities: Sequence[float],
+    model: str = AUTO,
+    reach: float = REACH,
+    steps: int = NEWTON_STEPS,
+    threads: int = 1,
+) -> list[tuple[np.ndarray, np.ndarray, float]]:
+    """Reconstruct the surface of few dots as `reconstruct` does, at each of several densities."""
     origin = few.reconstruction
     if len(few) < MIN_INTERPOLATED:
         log.warning(
@@ -43,9 +56,11 @@ def reconstruct(
             MIN_INTERPOLATED, len(few),
         )  # fmt: skip
     if model == INTERPOLANT or (model == AUTO and origin is not None and origin.model == INTERPOLANT):
-        return *interpolate_surface(few.points, few.normals, density, reach, steps, threads), 0.0
+        dots = few.points, few.normals
+        return [(*interpolate_surface(*dots, density, reach, steps, threads), 0.0) for density in densities]
     probe_and_radii = (None, None) if origin is None else (origin.probe_radius, origin.radii)
-    found = rebuild(few.points, few.normals, density, reach, steps, threads, *probe_and_radii)
+    rebuilt = rebuild_at(few.points, few.normals, densities, reach, steps, threads, *probe_and_radii)
+    found = rebuilt[0]
     if model == SPHERES and found.share < MIN_SHARE:
         reason = f"{100 * found.share:.0f} % of them lie on spheres of atoms that follow from them, and half of them must"
         if len(few) < MIN_DOTS:
@@ -60,7 +75,7 @@ def reconstruct(
             "the columns probe_radius, radii and model, so that both are inferred.",
             100 * found.share, origin.probe_radius, origin.radii,
         )  # fmt: skip
-    return found.points, found.normals, found.share
+    return [(found.points, found.normals, found.share) for found in rebuilt]
 
 
 class Reconstructed(NamedTuple):
@@ -76,25 +91,28 @@ class Reconstructed(NamedTuple):
 
 def reconstruct_twice(few: Surface, density: float, model: str = AUTO, threads: int = 1) -> Reconstructed:
     """Reconstruct the surface of few dots for its errors, and at `density` dots per Å^2; 'spheres' refuses no dots here."""
-    model = INTERPOLANT if model == INTERPOLANT else AUTO
-    points, normals, _ = reconstruct(few, density, model, threads=threads)
-    return Reconstructed(Surface(*reconstruct_densely(few, model, threads)), Surface(points, normals))
+    densely, comparable = _densely(few, model, threads, density)
+    return Reconstructed(Surface(*densely), Surface(*comparable))
 
 
-def reconstruct_densely(few: Surface, model: str = AUTO, threads: int = 1) -> tuple[np.ndarray, np.ndarray]:
-    """Reconstruct the surface of few dots so densely that errors are measured from its dots: points and normals.
+def _densely(
+    few: Surface, model: str, threads: int, *densities: float
+) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Reconstruct the surface of few dots so densely that errors are measured from its dots, and at further densities.
 
-    The model 'spheres' refuses no dots here.
+    Returned are points and normals of each; the model 'spheres' refuses no dots.
     """
-    if model != INTERPOLANT:
-        points, normals, share = reconstruct(few, DENSITY_FOR_SPHERES, AUTO, threads=threads)
-        if share > 0:
-            return points, normals
-    return interpolate_surface(few.points, few.normals, DENSITY_FOR_ERRORS, threads=threads)
+    if model == INTERPOLANT:
+        densities = (DENSITY_FOR_ERRORS, *densities)
+        return [found[:2] for found in reconstruct_at(few, densities, INTERPOLANT, threads=threads)]
+    dense, *further = reconstruct_at(few, (DENSITY_FOR_SPHERES, *densities), AUTO, threads=threads)
+    if dense[2] == 0:
+        dense = reconstruct(few, DENSITY_FOR_ERRORS, INTERPOLANT, threads=threads)
+    return [found[:2] for found in (dense, *further)]
 
 
 def distance_to_reconstructed(
     points: np.ndarray, few: Surface, model: str = AUTO, threads: int = 1
 ) -> np.ndarray:
     """Compute the distance (M,), Å, of points from the surface of few dots; 'spheres' refuses no dots here."""
-    return distance_to_surface(points, *reconstruct_densely(few, model, threads), threads)
+    return distance_to_surface(points, *_densely(few, model, threads)[0], threads)

@@ -117,7 +117,9 @@ def headed(name: str, message: str) -> str:
 def fix_layout(figure: Figure) -> Figure:
     """Run the constrained layout once and keep its result, so that every later drawing is the same."""
     figure.draw_without_rendering()
-    figure.set_layout_engine("none")
+    figure.set_layout_engine(
+        None
+    )  # with "none", which is a layout as well, every saving would draw the figure twice
     return figure
 
 

@@ -24,8 +24,12 @@ def compare_islands(
     The kept dots of a patch are those of its island on the full surface. A patch without kept dots has no share (NaN).
     """
     _, z, (island, patch) = prepared.compare(subsets, tests, (KEPT_READING, FULL_READING), z_tot)
-    share = np.divide(island, patch, out=np.full(patch.shape, np.nan), where=patch > 0)
-    return z[0], island, share
+    return z[0], island, _share(island, patch)
+
+
+def _share(island: np.ndarray, patch: np.ndarray) -> np.ndarray:
+    """Divide the dots of islands by those of their patches; NaN where a patch has none."""
+    return np.divide(island, patch, out=np.full(patch.shape, np.nan), where=patch > 0)
 
 
 def link_over_spacing(link: float, n_kept: np.ndarray | float, area: float) -> np.ndarray | float:
@@ -43,7 +47,7 @@ def measure_islands(
     combinations, tests = np.asarray(combinations, float), prepared.draw_tests(n_tests)
     drawn = [prepared.sampled_together(combinations, draw) for draw in range(draws)]
     subsets = [of_draw.subset(k) for k in range(len(combinations)) for of_draw in drawn]
-    _, _, share = compare_islands(prepared, subsets, tests, None)
+    share = _share(*prepared.patch_sizes(subsets, tests, (KEPT_READING, FULL_READING)))
     n_kept = np.reshape([len(subset) for subset in subsets], (-1, draws)).mean(axis=1)
     return pd.DataFrame(
         {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -22,12 +23,13 @@ def draw_roughness_picture(path: Path | str, surface: Surface, roughness: np.nda
     _save(path, render.draw_surface(surface.points, surface.normals, of_dots, _camera(surface)))
 
 
-def draw_subset_picture(path: Path | str, surface: Surface, subset: Surface, colour: str) -> None:
-    """Draw the dots of a subset in a colour on the pale surface."""
+def draw_subset_pictures(surface: Surface, pictures: Sequence[tuple[Path | str, Surface, str]]) -> None:
+    """Draw the dots of subsets on the pale surface: a picture (path, dots, colour) of each."""
     camera = _camera(surface)
     behind = render.draw_surface(surface.points, surface.normals, render.PALE_RGB, camera)
     radius = max(render.DISC_RADIUS, SMALLEST_DOT / camera.scale)
-    _save(path, render.draw_dots(behind, subset.points, subset.normals, colors.to_rgb(colour), radius))
+    for path, subset, colour in pictures:
+        _save(path, render.draw_dots(behind, subset.points, subset.normals, colors.to_rgb(colour), radius))
 
 
 def _camera(surface: Surface) -> render.Camera:

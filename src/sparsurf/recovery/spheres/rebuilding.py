@@ -76,45 +76,56 @@ def rebuild(
 
     Other arguments are those of `recovering.interpolate_surface`, and the probe radius (Å) and the radii where they are known.
     """
-    return rebuild_known(
-        points, normals, vote(points, normals, probe_radius, radii), density, reach, steps, threads
-    )
+    return rebuild_at(points, normals, (density,), reach, steps, threads, probe_radius, radii)[0]
 
 
-def rebuild_known(
+def rebuild_at(
     points: np.ndarray,
     normals: np.ndarray,
-    model: SphereModel,
-    density: float = DENSITY,
+    densities: Sequence[float],
     reach: float = REACH,
     steps: int = NEWTON_STEPS,
     threads: int = 1,
-) -> Rebuilt:
-    """Reconstruct the surface of dots (n, 3) like `rebuild`, with what is known of their spheres."""
+    probe_radius: float | None = None,
+    radii: str | Sequence[float] | None = None,
+) -> list[Rebuilt]:
+    """Reconstruct the surface of dots (n, 3) like `rebuild`, at each of several densities; the atoms are inferred once."""
+    model = vote(points, normals, probe_radius, radii)
     points, normals = np.ascontiguousarray(points, float), np.ascontiguousarray(normals, float)
-    guide = interpolate_surface(points, normals, density, reach, steps, threads)
+    guides = [interpolate_surface(points, normals, density, reach, steps, threads) for density in densities]
+    interpolated = [Rebuilt(*guide, 0.0, model) for guide in guides]
     if len(model.radii) == 0:
-        return Rebuilt(*guide, 0.0, model)
+        return interpolated
     centres = build_grid(points + model.probe * normals)
     depth = model.probe - _distances_to_nearest(centres, points, model.probe)
     deep = float((depth > DEEP).mean())
     if deep >= MAX_DEEP_SHARE:
-        return Rebuilt(*guide, 0.0, model)
+        return interpolated
     atoms = infer(points, normals, model, threads)
+    interpolated = [found._replace(atoms=atoms) for found in interpolated]
     if len(atoms.radii) < MIN_ATOMS:
-        return Rebuilt(*guide, 0.0, model, atoms)
+        return interpolated
     reentrant = "dms" if (depth > SUNK).any() else "exact"
     rolled = roll_spheres(atoms.centres, atoms.radii, model.probe, reentrant)
-    surface = rolled.surface(max(ROLLED_DENSITY, density))
-    index = build_grid(surface.points, surface.normals, side=MAX_MOVE)
-    lies_on = _lies_on(index, points, normals, threads)
-    share = float(lies_on.mean())
-    if share < MIN_SHARE_ON:
-        return Rebuilt(*guide, 0.0, model, atoms)
-    moved = _moved(
-        guide, len(points), lies_on, points, centres, surface, index, atoms, model.probe, deep == 0, threads
-    )
-    return Rebuilt(*_filled(*moved, len(points), surface, density, threads), share, model, atoms)
+    placed: dict[float, tuple[Surface, PatchIndex, np.ndarray]] = {}
+    rebuilt = []
+    for density, guide, without_spheres in zip(densities, guides, interpolated, strict=True):
+        rolled_density = max(ROLLED_DENSITY, density)
+        if rolled_density not in placed:
+            surface = rolled.surface(rolled_density)
+            index = build_grid(surface.points, surface.normals, side=MAX_MOVE)
+            placed[rolled_density] = surface, index, _lies_on(index, points, normals, threads)
+        surface, index, lies_on = placed[rolled_density]
+        share = float(lies_on.mean())
+        if share < MIN_SHARE_ON:
+            rebuilt.append(without_spheres)
+            continue
+        moved = _moved(
+            guide, len(points), lies_on, points, centres, surface, index, atoms, model.probe, deep == 0, threads
+        )  # fmt: skip
+        filled = _filled(*moved, len(points), surface, density, threads)
+        rebuilt.append(Rebuilt(*filled, share, model, atoms))
+    return rebuilt
 
 
 def _lies_on(index: PatchIndex, points: np.ndarray, normals: np.ndarray, threads: int) -> np.ndarray:
