@@ -134,6 +134,10 @@ def serve(command, address):
     for number, stream in enumerate(streams):
         os.dup2(stream, number)
         os.close(stream)
+    for number, name in ((1, "stdout"), (2, "stderr")):  # the former may be of another kind, a file or a pipe
+        stream = open(number, "w", buffering=1, closefd=False)  # noqa: SIM115
+        setattr(sys, name, stream)
+        setattr(sys, f"__{name}__", stream)
     os.chdir(folder)
     os.environ.clear()
     os.environ.update(variables)

@@ -4,7 +4,6 @@ import os
 import re
 import shutil
 import subprocess
-import sys
 from pathlib import Path
 
 import mdtraj
@@ -12,6 +11,7 @@ import pandas as pd
 import pytest
 
 import sparsurf
+import warm_python
 from conftest import ROOT
 from sparsurf_study.workflow.config import check_config, read_config
 
@@ -30,18 +30,18 @@ def blocks(language, name="tutorial"):
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """A folder with `protein.pdb`, in which all of the tutorial was done."""
+    """A folder with `protein.pdb`, in which all of the tutorial was done; its processes are forks of a warm Python."""
     folder = tmp_path_factory.mktemp("tutorial")
     shutil.copy(ROOT / "evidence" / "quick" / "piece_1.pdb", folder / "protein.pdb")
     (folder / "bin").mkdir()
-    (folder / "bin" / "sparsurf").write_text(f'#!/bin/sh\nexec "{sys.executable}" -m sparsurf "$@"\n')
+    python, script = warm_python.interpreter(), folder / "bin" / "sparsurf.py"
+    script.write_text("import sys\nfrom sparsurf.cli.command import main\nsys.exit(main(sys.argv[1:]))\n")
+    (folder / "bin" / "sparsurf").write_text(f'#!/bin/sh\nexec "{python}" "{script}" "$@"\n')
     (folder / "bin" / "sparsurf").chmod(0o755)
     environment = os.environ | {"PATH": f"{folder / 'bin'}:{os.environ['PATH']}", "MPLBACKEND": "agg"}
     environment |= {"PYTHONPATH": str(ROOT / "src"), "DISPLAY": "", "WAYLAND_DISPLAY": ""}  # no browser opens
-    for command in (
-        ["sh", "-ec", "".join(blocks("bash"))],
-        [sys.executable, "-c", "".join(blocks("python"))],
-    ):
+    (folder / "lines.py").write_text("".join(blocks("python")), encoding="utf-8")
+    for command in (["sh", "-ec", "".join(blocks("bash"))], [python, "lines.py"]):
         done = subprocess.run(
             command, cwd=folder, env=environment, capture_output=True, text=True, check=False
         )
@@ -91,10 +91,15 @@ def test_the_commands_and_the_python_of_the_readme_do_what_they_say(folder, tmp_
         "PATH": f"{folder / 'bin'}:{os.environ['PATH']}",
         "PYTHONPATH": str(ROOT / "src"),
     }
-    code = lines + "print(len(dots), len(few), len(dense), xyz.shape)"
+    code = lines + "print(len(dots), len(few), len(dense), xyz.shape)\n"
+    (tmp_path / "lines.py").write_text(code, encoding="utf-8")
     subprocess.run(["sh", "-ec", commands], cwd=tmp_path, env=environment, check=True)
     said = subprocess.run(
-        [sys.executable, "-c", code], cwd=tmp_path, env=environment, check=True, stdout=subprocess.PIPE
+        [warm_python.interpreter(), "lines.py"],
+        cwd=tmp_path,
+        env=environment,
+        check=True,
+        stdout=subprocess.PIPE,
     )
     whole, kept, again, *_ = map(int, re.findall(rb"\d+", said.stdout))
     assert kept == len(pd.read_csv(tmp_path / "minimal.csv")) < 0.2 * whole and again > 0.9 * whole
