@@ -2,13 +2,13 @@
 
 import os
 import subprocess
-import sys
 
 import pytest
 import yaml
 
+import warm_python
 from conftest import ROOT
-from small_study import command
+from small_study import snakemake
 from sparsurf.surfaces.formats.npz import write_npz
 from sparsurf.surfaces.surface import Surface
 
@@ -27,7 +27,7 @@ def folder(tmp_path_factory, blob):
     }
     for name in ("q.pdb", "q.xtc"):
         (folder / name).write_text("of no use here")
-    done = subprocess.run(command(folder, config, ROUGHNESS, "--quiet", "all"), check=False)
+    done = snakemake(folder, config, ROUGHNESS, "--quiet", "all")
     assert done.returncode == 0
     (folder / "other.yaml").write_text(yaml.safe_dump(config | {"patches": {"r_patch": 2.0, "d_link": 0.9}}))
     return folder
@@ -36,7 +36,7 @@ def folder(tmp_path_factory, blob):
 def call(folder, *words, config="config.yaml"):
     """Type a command in the folder of the study; return its exit code and what it prints."""
     done = subprocess.run(
-        [sys.executable, "-m", *words, "--configfile", config],
+        [warm_python.interpreter(), "-m", *words, "--configfile", config],
         cwd=folder,
         env=os.environ | {"PYTHONPATH": str(ROOT / "src")},
         capture_output=True,
