@@ -201,9 +201,25 @@ def planned_jobs(folder, config, *options, all_jobs=False, edited=(), asks=False
         process = multiprocessing.get_context("fork").Process(target=_dry_run, args=call)
         process.start()
         process.join()
-        text, jobs = log.read_text(), pickle.loads(listed.read_bytes()) if listed.is_file() else []
+        text = log.read_text()
+        jobs, parsed = pickle.loads(listed.read_bytes()) if listed.is_file() else ([], {})
     assert process.exitcode == 0, text
+    PARSED.update(parsed)
     return jobs
+
+
+# What Snakemake makes of each file of rules that a dry run has included: code, number of rules, and numbers of lines
+PARSED = {}
+
+
+def parse_once(parse, new, path, workflow, linemap, rulecount=0):
+    """Parse a file of rules as Snakemake's `parse` does, or take what an earlier dry run made of it; note what is `new`."""
+    key = path.get_path_or_uri(secret_free=True), rulecount
+    if key not in PARSED:
+        PARSED[key] = new[key] = (*parse(path, workflow, linemap, rulecount=rulecount), dict(linemap))
+    code, rulecount, lines = PARSED[key]
+    linemap.update(lines)
+    return code, rulecount
 
 
 @functools.cache
@@ -222,10 +238,12 @@ def _dry_run(log, listed, options, all_jobs, edited, asks):
         os.dup2(stream.fileno(), 1)
         os.dup2(stream.fileno(), 2)
         sys.stdout, sys.stderr = (os.fdopen(number, "w", closefd=False) for number in (1, 2))
+        import snakemake.workflow
         from snakemake.cli import main
         from snakemake.jobs import Job
 
-        planned = {}
+        planned, parsed = {}, {}
+        snakemake.workflow.parse = functools.partial(parse_once, snakemake.workflow.parse, parsed)
 
         def note(job, **_):
             jobs = job.dag.jobs if all_jobs else [job]
@@ -246,7 +264,7 @@ def _dry_run(log, listed, options, all_jobs, edited, asks):
         try:
             main(options)
         finally:  # which ends the process
-            listed.write_bytes(pickle.dumps([*planned.values()]))
+            listed.write_bytes(pickle.dumps(([*planned.values()], parsed)))
 
 
 def _description(job, asks):

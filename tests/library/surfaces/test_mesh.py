@@ -258,13 +258,16 @@ def test_a_volume_far_from_the_origin_keeps_its_digits():
     assert far.volume == pytest.approx(near.volume, rel=1e-4)
 
 
+# A hollow ball of 300 atoms, with one more in its middle
+HOLLOW = 9.5 * np.array([[np.cos(k * 2.4) * np.sqrt(1 - z * z), np.sin(k * 2.4) * np.sqrt(1 - z * z), z]
+                         for k, z in enumerate(np.linspace(-1, 1, 300))] + [[0.0, 0, 0]])  # fmt: skip
+
+
 @pytest.mark.parametrize("turn", [0, 1])
 def test_walls_of_cavities_are_no_part_of_the_mesh_of_a_molecule(turn):
     """Cavities of this protein meet the outside at cusps; an atom floats in a second cavity, and a molecule lies beside."""
     molecule = sparsurf.read_molecule(ROOT / "data/tdp43/topology.pdb")
-    ball = 9.5 * np.array([[np.cos(k * 2.4) * np.sqrt(1 - z * z), np.sin(k * 2.4) * np.sqrt(1 - z * z), z]
-                           for k, z in enumerate(np.linspace(-1, 1, 300))])  # fmt: skip
-    xyz = np.vstack([molecule.xyz[0], ball + np.array([80, 0, 0]), [[80, 0, 0]], [[80, 30, 0]]])
+    xyz = np.vstack([molecule.xyz[0], HOLLOW + np.array([80, 0, 0]), [[80, 30, 0]]])
     xyz = xyz @ Rotation.random(rng=np.random.default_rng(turn)).as_matrix()
     sizes = np.append(radii(molecule, "dms"), np.full(302, 1.9))
     keep, remove = (sparsurf.mesh((xyz, sizes), cavities=each) for each in ("keep", "remove"))
@@ -276,10 +279,16 @@ def test_walls_of_cavities_are_no_part_of_the_mesh_of_a_molecule(turn):
     expected = outside.area[outside.atom != atom].sum()
     assert remove.vertices.area.sum() == pytest.approx(expected, rel=0.005)
     assert atom not in remove.vertices.atom and atom in keep.vertices.atom
-    given = sparsurf.surface((xyz, sizes))
+
+
+def test_a_mesh_of_dots_is_that_of_their_spheres_with_or_without_cavities():
+    spheres = (HOLLOW, np.full(301, 1.9))
+    keep, remove = (sparsurf.mesh(spheres, cavities=each) for each in ("keep", "remove"))
+    assert [closed(mesh.triangles, len(mesh.vertices))[1] for mesh in (keep, remove)] == [3, 1]
+    given = sparsurf.surface(spheres)
     assert np.array_equal(sparsurf.mesh(given).triangles, keep.triangles)
     assert np.array_equal(sparsurf.mesh(given, cavities="remove").triangles, remove.triangles)
-    assert np.array_equal(sparsurf.mesh((xyz, sizes)).triangles, remove.triangles)
+    assert np.array_equal(sparsurf.mesh(spheres).triangles, remove.triangles)
     with pytest.raises(InputError, match="cavities applies to a molecule"):
         sparsurf.mesh(given.take(slice(0, 900)), cavities="remove")
 
