@@ -71,16 +71,21 @@ def test_a_warm_command_loads_nothing_that_it_does_not_need(tmp_path, command):
     (tmp_path / "p.pdb").write_text(peptide(["ALA", "GLY", "SER"]) + "END\n")
     for _ in range(2):  # the first may compile kernels
         code, modules = loaded(tmp_path, *command.split(), "-q")
+        if modules & {*LARGE} <= {*MAY_LOAD[command].split()}:
+            break
     assert code == 0 and (tmp_path / command.split()[-1]).stat().st_size
     assert modules & {*LARGE} <= {*MAY_LOAD[command].split()}
 
 
 def test_the_command_of_msms_loads_neither_pandas_nor_scipy(tmp_path):
     (tmp_path / "p.xyzr").write_text("0 0 0 1.5\n3 0 0 1.5\n1.5 2 0 1.5\n1.5 1 2 1.5\n")  # with concave parts
+    large = {"pandas", "scipy.spatial", "pydantic", "mdtraj", "xml.sax"}
     for _ in range(2):  # the first may compile kernels
         code, modules = loaded(tmp_path, *["-if", "p.xyzr", "-of", "x", "-af", "x"], module="msms")
+        if not modules & large:
+            break
     assert code == 0 and " 3 " in (tmp_path / "x.vert").read_text()
-    assert not modules & {"pandas", "scipy.spatial", "pydantic", "mdtraj", "xml.sax"}
+    assert not modules & large
 
 
 @pytest.mark.parametrize(("words", "is_own_process"), [("", True), ("['--version']", False)])
