@@ -41,7 +41,7 @@ GOOD = [f"p{k:02d}" for k in range(1, 11)]
 def write_structures(folder):
     """Write ten peptides of different lengths and two broken files into a folder."""
     folder.mkdir(parents=True)
-    remarks = "REMARK\n" * 250_000  # 1.75 MB, so that there are several batches
+    remarks = f"{'REMARK':80s}\n" * 21_600  # 1.75 MB, so that there are several batches
     for k, name in enumerate(GOOD):
         write(
             folder / f"{name}.pdb", remarks + peptide(RESIDUES[: 3 + k % 4], origin=(0.1 * k, 0, 0)) + "END\n"
