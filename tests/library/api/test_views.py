@@ -38,7 +38,9 @@ def test_a_picture_is_lit_framed_and_coloured_by_values(blob):
         (points[:, 0].min(), points[:, 0].max())
     )
     left, right, bottom, top = ax.images[0].get_extent()
-    spans = sorted(np.ptp(points @ np.linalg.svd(points - points.mean(axis=0))[2].T, axis=0))
+    spans = sorted(
+        np.ptp(points @ np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2].T, axis=0)
+    )
     assert right - left >= spans[2] and top - bottom >= spans[1]  # the whole molecule, along its widest axes
     assert ax.get_aspect() == 1  # an Å is as long up as across
     known = Surface(points, normals, kind=np.ones(len(points), int))
