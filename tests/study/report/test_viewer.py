@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
 
 from browser import Browser, programs
 from small_study import run_script, unpacked
@@ -134,6 +135,30 @@ def test_the_page_of_a_study_holds_the_numbers_of_its_tables(study, place):
         assert columns["kind"].tolist() == surface.kind.tolist()
     assert f"{len(surface):,} dots, mean roughness {roughness['roughness'].mean():.2f}." in text
     assert (run / place / "view.png").is_file()
+
+
+@pytest.mark.parametrize("change", ["another order", "turned"])
+def test_a_page_shows_each_dot_at_its_place_however_they_are_sorted_and_turned(prepared, order, change):
+    surface, rows = prepared.surface, np.arange(len(prepared))
+    if change == "turned":
+        turn = Rotation.from_euler("xyz", [30, 110, 200], degrees=True)
+        points, normals = turn.apply(surface.points) + np.array([30, -20, 10]), turn.apply(surface.normals)
+        surface = replace(surface, points=points, normals=normals)
+    else:
+        rows = np.random.default_rng(1).permutation(rows)
+        surface = surface[rows]
+    again = PreparedSurface(surface, Settings(patches={"d_link": 1.5}), streams=Streams(0, "blob"))
+    named = (None, None, RESIDUES)
+    pages = page_of(prepared, order, *named), page_of(again, np.argsort(rows)[order], *named)
+    (header, of_first), (of_header, of_second) = map(unpacked, pages)
+    places = np.column_stack([of_second[axis] for axis in "xyz"]) * of_header["step"]
+    distance, dot = cKDTree(surface.points).query(places)
+    assert distance.max() <= of_header["step"] and len(np.unique(dot)) == len(surface)
+    dot = rows[dot]  # its number on the first page
+    assert header["values"][0]["symbol"] == "R_i" and np.ptp(of_first["value 0"]) > 100
+    assert np.abs(of_second["value 0"] - of_first["value 0"][dot]).max() <= 1
+    for name in ("kind", "residue"):
+        assert np.array_equal(of_second[name], of_first[name][dot]), name
 
 
 def test_the_page_of_a_pair_ranks_each_partner_and_turns_its_interface_to_the_viewer(study):
