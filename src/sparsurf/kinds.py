@@ -138,7 +138,7 @@ TABLE: dict[str, dict[str, Choice]] = {
         ),
         "cover": Choice(
             "sparsurf.sampling.cover:cover",
-            "every atom touched",
+            "touching every atom",
             "Dots that touch every exposed atom, and more where the surface that is rebuilt from its atoms errs.",
             applies=ORIGIN,
         ),

@@ -9,6 +9,7 @@ from sparsurf.arguments import DISTANCE
 from sparsurf.cli import options, outputs
 from sparsurf.evaluation.minimal_subset import Representation
 from sparsurf.evaluation.statistics import reference_values
+from sparsurf.kinds import COVER
 from sparsurf.recovery.reconstructing import AUTO, SPHERES
 from sparsurf.sampling.samplers import sampler_label
 from sparsurf.threads import available_cores
@@ -25,9 +26,10 @@ dots that are not kept.
 
 Where an error is requested of a structure, the kept dots touch every exposed atom (--sampler cover), and the atoms are inferred
 from them: 0.16 to 0.2 dots per Å^2 are enough for the default, and a quarter to a half more if the molecule has explicit
-hydrogens. Such dots serve this reconstruction alone: do not drop some of them at random. All other requests keep evenly spread
-dots (--sampler farthest), whose number for an error is an estimate that is printed with its 95 % interval. Z is the mean distance
-between the descriptors of a patch on the full surface and on the kept dots.
+hydrogens. Such dots serve this reconstruction alone: do not drop some of them at random. Where fewer evenly spread dots
+(--sampler farthest) have both errors, usually from 0.03 Å, these are kept. All other requests keep evenly spread dots, whose
+number for an error is an estimate that is printed with its 95 % interval. Only the samplers of the paper use the roughness. Z is
+the mean distance between the descriptors of a patch on the full surface and on the kept dots.
 
 The table has a row for each kept dot: `dot` is its number on the surface, from 0; `weight` is the number of dots that it
 represents; `area` is the area of the surface that is nearer to it than to the other kept dots, in Å^2; `spacing` is the distance
@@ -70,7 +72,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         choices=options.Names("sampler", AUTO),
         metavar="SAMPLER",
         default=AUTO,
-        help="method that chooses the dots: %(choices)s (default auto: cover for an error of a structure, else farthest)",
+        help="method that chooses the dots: %(choices)s (default auto: for an error of a structure, cover or farthest,"
+        " whichever keeps fewer; else farthest)",
     )
     parser.add_argument(
         "--error-99",
@@ -102,7 +105,10 @@ def run(args: argparse.Namespace) -> None:
             message = f"{kept} %; 95 % interval {low} to {high} %"
         else:
             message = f"{share(percent)} %"
-        message = f"{len(few):,} of {len(surface):,} dots ({message}), chosen by {sampler_label(few.sampler)}"
+        per_area = number(len(few) / result.trials.prepared.area)
+        label = sampler_label(few.sampler)
+        chosen = label if few.sampler == COVER else f"chosen by {label}"
+        message = f"{len(few):,} of {len(surface):,} dots ({message}; {per_area} per Å^2), {chosen}"
         if few.interval and few.interval[1] > WIDE * few.interval[0]:
             message += ". The interval is wide: --percent keeps a fixed share"
         if len(few) < len(surface):

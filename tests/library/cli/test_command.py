@@ -410,6 +410,10 @@ def test_each_command_reports_what_it_wrote(folder, tmp_path, monkeypatch, capfd
     volume = sparsurf.components(dots)[1]["volume"].sum()
     dense, share = sparsurf.recover(few), reconstruct(few)[2]
     assert 0.5 < share < 0.99
+
+    def per_area(n):
+        return number(n / dots.area.sum())
+
     words = {
         "surface protein.pdb": f"{len(dots):,} dots, {dots.area.sum():,.0f} Å^2, {volume:,.0f} Å^3, 1 component",
         "surface protein.pdb --residues 211-212": f"{len(part):,} of {len(dots):,} dots, {part.area.sum():,.0f} Å^2 of "
@@ -425,13 +429,15 @@ def test_each_command_reports_what_it_wrote(folder, tmp_path, monkeypatch, capfd
         "recover minimal.csv --mesh": f"{len(recovered.triangles):,} triangles, {recovered.volume:,.0f} Å^3 from {len(few):,} "
         "dots",
         "points protein.pdb -n 60": "60 points on the surface",
-        "minimal protein.pdb --percent 5": f"{round(len(dots) / 20)} of {len(dots):,} dots (5 %), chosen by farthest point",
-        "minimal protein.pdb": f"{len(smallest)} of {len(dots):,} dots ({number(100 * len(smallest) / len(dots), 1)} %), "
-        "chosen by every atom touched",
+        "minimal protein.pdb --percent 5": f"{round(len(dots) / 20)} of {len(dots):,} dots (5 %; "
+        f"{per_area(round(len(dots) / 20))} per Å^2), chosen by farthest point",
+        "minimal protein.pdb": f"{len(smallest)} of {len(dots):,} dots ({number(100 * len(smallest) / len(dots), 1)} %; "
+        f"{per_area(len(smallest))} per Å^2), touching every atom",
         "minimal protein.pdb --model interpolant --error 0.2": f"{len(interpolated)} of {len(dots):,} dots "
-        f"({number(100 * len(interpolated) / len(dots), 1)} %; 95 % interval {low} to {high} %), chosen by "
-        "every atom touched",
-        "minimal protein.pdb --error 1e-9": f"{len(dots):,} of {len(dots):,} dots (100 %), chosen by farthest point. "
+        f"({number(100 * len(interpolated) / len(dots), 1)} %; 95 % interval {low} to {high} %; "
+        f"{per_area(len(interpolated))} per Å^2), touching every atom",
+        "minimal protein.pdb --error 1e-9": f"{len(dots):,} of {len(dots):,} dots (100 %; {per_area(len(dots))} per Å^2), "
+        "chosen by farthest point. "
         "No smaller subset meets the limit",
     }  # fmt: skip
     for call, told in words.items():

@@ -30,6 +30,7 @@ SHARED_SCRIPTS = ("unpack.js", "gl.js", "drawing.js")  # of the viewer of dots
 OWN_SCRIPTS = ("chain.js", "meshes.js", "explorer.js")
 STYLES = ("explorer.css",)
 UNKNOWN_NUMBER = -1  # in place of a number that a residue does not have
+DECIMALS_OF_ORDER = 4  # beyond those that are shown, so that a list has the order of the table
 
 
 @dataclass(frozen=True)
@@ -165,8 +166,9 @@ def _described(values: ResidueValues) -> dict[str, Any]:
 
 
 def _step(values: ResidueValues) -> float:
-    """Return the precision of numbers on a page: a tenth of their last decimal."""
-    return float(10.0 ** -(values.digits + 1))
+    """Return the precision of numbers on a page: a tenth of their last decimal, and finer where a list is in their order."""
+    finer = DECIMALS_OF_ORDER if values.orders and len(values.values) == 1 else 1
+    return float(10.0 ** -(values.digits + finer))
 
 
 def _whole(values: ResidueValues) -> np.ndarray:

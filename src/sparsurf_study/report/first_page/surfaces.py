@@ -22,7 +22,7 @@ DEFAULT_MINIMAL = {"error": DEFAULT_ERROR}  # the section `minimal` of a config
 class SubsetRequest(NamedTuple):
     """What the config asks of the minimal subset: dots that are enough, or a number of dots."""
 
-    is_enough: bool  # the subset is the smallest that is good enough
+    is_enough: bool  # the subset has as few dots as this needs
     phrase: str  # how good it is, or the dots that it keeps
 
 
@@ -30,12 +30,17 @@ MODEL_SENTENCES = {
     "spheres": " The atoms are inferred from the dots, and the surface is rebuilt on them.",
     "interpolant": " The surface is interpolated between the dots.",
 }
+# Where the mean error is far below the requested one, a reader would ask for fewer dots
+TAIL_SENTENCE = (
+    " 99\xa0% of this surface and of the true one must also lie within minimal.error_99 of each other, by default five times"
+    " the mean error; this limit mostly decides how many dots are needed."
+)
 
 
 def requested_subset(minimal: Mapping[str, Any]) -> SubsetRequest:
     """Say what the section `minimal` of a config asks for."""
     phrases = {
-        "error": (True, "with a mean error of {:g}\xa0Å"),
+        "error": (True, "with a mean error of at most {:g}\xa0Å"),
         "max_z": (True, "such that Z on the full surface is at most {:g}"),
         "percent": (False, "{:g}\xa0% of the dots"),
         "n_dots": (False, "{:,} dots"),
@@ -48,18 +53,18 @@ def requested_subset(minimal: Mapping[str, Any]) -> SubsetRequest:
     return SubsetRequest(is_enough, form.format(value))
 
 
-def _reconstruction(run: Run) -> str:
-    """Say how the surfaces were reconstructed, where it is the same for all."""
+def _model(run: Run) -> str:
+    """Return the model by which the surfaces were reconstructed, where it is the same for all, or nothing."""
     tables = [run.read(f"{place}/recovered.csv") for place in run.ending("recovered.csv")]
     models = {table["model"].iloc[0] for table in tables if "model" in table}
-    return MODEL_SENTENCES[models.pop()] if len(models) == 1 else ""
+    return str(models.pop()) if len(models) == 1 else ""
 
 
 def of_dots(run: Run) -> dict[str, Any] | None:
     """Collect how many dots are enough, as medians over the surfaces; None where the run has no surface."""
     if not len(run.surfaces):
         return None
-    medians, n = run.surfaces.median(numeric_only=True), len(run.surfaces)
+    medians, n, model = run.surfaces.median(numeric_only=True), len(run.surfaces), _model(run)
     own_figure, path = f"{run.places[0]}/figures/required_dots.png", "required_dots.png"
     path = own_figure if n == 1 and run.has(own_figure) else path
     return {
@@ -71,8 +76,9 @@ def of_dots(run: Run) -> dict[str, Any] | None:
         "high": medians["minimal_n_S_percent_high"],
         "density": medians["minimal_density"],
         "mean": medians["recovered_mean"],
-        "high_99": medians["recovered_high_99"],
-        "reconstruction": _reconstruction(run),
+        "high_99": run.surfaces["recovered_high_99"].max(),
+        "reconstruction": MODEL_SENTENCES.get(model, ""),
+        "tail": TAIL_SENTENCE if model == "spheres" else "",
         "largest": run.surfaces["recovered_largest"].max(),
         "files": _subset_files(run),
         "figure": run.figure(path),
