@@ -56,10 +56,10 @@ def given(study, config):
     return plan(study, config)
 
 
-def plan(folder, config):
+def plan(folder, config, **choices):
     """Return what each job of a finished study would be given with another config, by rule and wildcards."""
     options = ("--rerun-triggers", "mtime", "--forcerun", "close_run")
-    return by_rule(planned_jobs(folder, config, *options, all_jobs=True))
+    return by_rule(planned_jobs(folder, config, *options, all_jobs=True, **choices))
 
 
 def by_rule(jobs):
@@ -193,7 +193,7 @@ def test_grids_share_the_cores_of_this_machine(folder, names, cores):
     proteins["moving"] = {"structure": "topology.pdb", "trajectory": "trajectory.xtc"}
     proteins["loaded"] = {"structure": "loaded.pdb", "sampling": False}
     config = SETTINGS | {"proteins": {name: proteins[name] for name in names.split()}}
-    jobs = planned_jobs(folder, config, "--forceall", "--cores", "7")
+    jobs = planned_jobs(folder, config, "--forceall", "--cores", "7", asks=True)
     job = next(job for job in jobs if job["rule"] == "evaluate_grid" and "still" in job["wildcards"])
     assert job["asks"][0]["_cores"] == cores
 
@@ -396,9 +396,8 @@ def test_every_result_is_asked_for_beside_the_first_page(given, study, config):
     assert {job[0] for job in given.keys() - reached} == over_all
 
 
-def test_a_second_attempt_asks_for_more_memory_and_time_and_a_grid_for_that_of_its_distances(
-    study, config, given
-):
+def test_a_second_attempt_asks_for_more_memory_and_time_and_a_grid_for_that_of_its_distances(study, config):
+    given = plan(study, config, asks=True)
     asks = {job: given[job]["asks"] for job in given}
     for (rule, *_), (first, second) in asks.items():
         for name in ("mem_mb", "runtime"):
@@ -408,7 +407,7 @@ def test_a_second_attempt_asks_for_more_memory_and_time_and_a_grid_for_that_of_i
     assert known >= rules_of(
         "evaluate_grid tabulate_best compute_surface measure_floors follow_frames draw_view"
     )
-    large = plan(study, changed(config, "evaluation.draws", 2002))
+    large = plan(study, changed(config, "evaluation.draws", 2002), asks=True)
     more = (
         8 * 8 * 2000 * 20 * (2 + 4) / 1e6
     )  # MB of 8 combinations, 2000 draws and 20 test dots, see workflow/memory.py
