@@ -97,8 +97,9 @@ def minimal(
     max_z : float, optional
         Largest Z (see `compare`) of the dots as they are, without reconstruction.
     sampler : str or callable
-        How the dots are chosen, by name or by a function, as in `sample`; 'auto' (default) is 'cover' where an error is
-        requested of all dots that `surface` placed, and 'farthest' (farthest-point sampling) in all other cases.
+        How the dots are chosen, by name or by a function, as in `sample`; 'auto' (default) is 'cover' or 'farthest'
+        (farthest-point sampling), whichever keeps fewer, where an error is requested of all dots that `surface` placed and the
+        model is not 'interpolant', and 'farthest' in all other cases.
     model : {'auto', 'interpolant', 'spheres'}
         How the surface is reconstructed where its error is measured, as in `recover`; 'auto' (default) is 'spheres' with the
         sampler 'cover', and 'interpolant' with all others.

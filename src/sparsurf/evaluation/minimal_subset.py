@@ -204,7 +204,9 @@ def represent(
     atoms = _atoms_of_all(surface, molecule)
     sampler: str = request.sampler
     if sampler == AUTO:
-        sampler = COVER if request.error is not None and atoms is not None else FARTHEST
+        # The interpolant needs more dots that touch every atom than evenly spread ones
+        by_spheres = request.model != INTERPOLANT and atoms is not None
+        sampler = COVER if request.error is not None and by_spheres else FARTHEST
     trials, interval = Trials(prepared, sampler, n_tests, choices, _model(request, sampler), atoms), None
     if request.error is not None:
         hydrogens = molecule is not None and not molecule.heavy.all()

@@ -435,7 +435,7 @@ def test_each_command_reports_what_it_wrote(folder, tmp_path, monkeypatch, capfd
         f"{per_area(len(smallest))} per Å^2), touching every atom",
         "minimal protein.pdb --model interpolant --error 0.2": f"{len(interpolated)} of {len(dots):,} dots "
         f"({number(100 * len(interpolated) / len(dots), 1)} %; 95 % interval {low} to {high} %; "
-        f"{per_area(len(interpolated))} per Å^2), touching every atom",
+        f"{per_area(len(interpolated))} per Å^2), chosen by farthest point",
         "minimal protein.pdb --error 1e-9": f"{len(dots):,} of {len(dots):,} dots (100 %; {per_area(len(dots))} per Å^2), "
         "chosen by farthest point. "
         "No smaller subset meets the limit",
