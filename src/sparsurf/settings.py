@@ -257,8 +257,8 @@ class Minimal(Section):
 
     sampler: Literal["auto"] | Sampler = key(
         "auto",
-        "Sampler that chooses the subset; auto: of cover and farthest the one that keeps fewer where an error is requested of dots"
-        " on atoms, unless the model is interpolant; else farthest.",
+        "Sampler that chooses the subset; auto: of cover and farthest the one that keeps fewer where an error is requested of"
+        " dots on atoms, unless the model is interpolant; else farthest.",
     )
     model: Model = key(
         "auto",
