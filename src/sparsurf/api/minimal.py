@@ -141,7 +141,10 @@ def minimal(
     True
     """
     sizes = {"percent": percent, "n_dots": n_dots, "density": density, "error": error, "max_z": max_z}
-    return represented(surface, sizes, sampler, seed, d_link, model, error_99).subset
+    few = represented(surface, sizes, sampler, seed, d_link, model, error_99).subset
+    if (percent, n_dots, density) == (None, None, None) and len(few) == few.weight.sum():
+        log.warning("minimal: no smaller subset meets the limit, and all %d dots are kept", len(few))
+    return few
 
 
 def represented(

@@ -216,6 +216,18 @@ def test_places_without_a_patch_are_reported(blob, caplog):
     assert sparsurf.descriptors(blob, [5], d_link=D_LINK).any() and len(caplog.messages) == 1
 
 
+@pytest.mark.parametrize(
+    ("size", "words"),
+    [
+        ({"error": 1e-9}, ["minimal: no smaller subset meets the limit, and all {} dots are kept"]),
+        ({"percent": 100}, []),
+    ],
+)
+def test_a_limit_that_only_all_dots_meet_is_reported(blob, caplog, size, words):
+    few = sparsurf.minimal(blob, sampler="uniform", d_link=D_LINK, **size)
+    assert len(few) == len(blob[0]) and caplog.messages == [line.format(len(few)) for line in words]
+
+
 def test_the_largest_z_of_a_subset_is_that_of_its_link(blob):
     few = sparsurf.minimal(blob, max_z=1.0, d_link=D_LINK)
     z = sparsurf.compare(sparsurf.prepare(blob, d_link=D_LINK), few.dots)["Z"].iloc[0]
