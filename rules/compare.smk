@@ -7,6 +7,7 @@ rule compare_samplers:
         roughness="results/{run}/{protein}/{conformation}/roughness.csv",
         ranges="results/{run}/{protein}/{conformation}/ranges.csv",
         floors="results/{run}/{protein}/{conformation}/floors.csv",
+        structure=structure_of_conformation,
     output:
         table="results/{run}/{protein}/{conformation}/compare.csv",
         png=in_report("results/{run}/{protein}/{conformation}/figures/compare.png"),
@@ -19,6 +20,7 @@ rule compare_samplers:
         mem_mb=lambda wildcards, input, attempt: attempt * (1000 + 50 * input.size_mb),
         runtime=lambda wildcards, input, attempt: attempt * (10 + 6 * input.size_mb),
     params:
+        surface=part_of("surface", "probe_radius", "radii", "reentrant", "cavities"),
         patches=config["patches"],
         sampling=part_of("sampling", *RULES_OF_SAMPLING),
         evaluation=config["evaluation"],

@@ -73,8 +73,11 @@ def _checked(
     n: int,
     rng: np.random.Generator,
 ) -> np.ndarray:
-    """Call a sampler of the user; raise InputError unless it returns dots of the surface, each once."""
-    returned, n_dots = function(prepared, n, rng), len(prepared.points)
+    """Call a sampler of the user; raise InputError, which names it, unless it returns dots of the surface, each once."""
+    try:
+        returned, n_dots = function(prepared, n, rng), len(prepared.points)
+    except InputError as error:
+        raise InputError(f"the sampler {name!r}: {error}") from error
     dots = np.asarray(returned) if np.iterable(returned) else np.empty((0, 0))
     if dots.ndim != 1 or dots.dtype.kind not in "iu" or not len(dots):
         described = (

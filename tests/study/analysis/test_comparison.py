@@ -7,6 +7,9 @@ import pandas as pd
 import pytest
 
 import naive
+import sparsurf
+from peptides import peptide, write
+from small_study import run_script
 from sparsurf import kinds
 from sparsurf.errors import InputError
 from sparsurf.evaluation.prepared_surface import PreparedSurface
@@ -17,6 +20,7 @@ from sparsurf.sampling import published, samplers
 from sparsurf.sampling.combination import PARAMETERS, PUBLISHED_CHOICES, choices_from_ranges
 from sparsurf.settings import Settings
 from sparsurf.streams import Streams
+from sparsurf.surfaces.formats.npz import write_npz
 from sparsurf.surfaces.surface import Surface
 from sparsurf_study.analysis import comparison, grid, tables
 from sparsurf_study.analysis.comparison import means_by_protein, means_over_proteins
@@ -229,6 +233,38 @@ def test_fragments_are_named_by_their_reading_and_size(caplog):
 def test_the_size_that_reaches_a_z_lies_on_a_curve_of_logarithms_without_its_rises(z, n_s):
     n, values = np.array([10.0, 20, 40, 80]), np.array([2.0, 1.0, 1.5, 0.5])
     assert comparison.smallest_n_s(z, n, values) == pytest.approx(n_s)
+
+
+@pytest.mark.parametrize("has_atoms", [True, False])
+def test_a_sampler_may_read_the_fields_of_atoms(study, tmp_path, monkeypatch, has_atoms):
+    """In the job of a study as in Python; without atoms, the sentence names the sampler."""
+    path, seen = write(tmp_path / "p.pdb", peptide()), []
+
+    def curved(prepared, n, rng):
+        seen.append(sparsurf.fields(prepared.surface, "mean_curvature")["mean_curvature"].to_numpy())
+        return np.argsort(-seen[-1], kind="stable")[:n]
+
+    monkeypatch.setitem(kinds.TABLE, "sampler", dict(kinds.TABLE["sampler"]))
+    sparsurf.register("sampler", "curved", curved)
+    dots = sparsurf.surface(path)
+    write_npz(tmp_path / "surface.npz", dots)
+    pd.DataFrame({"roughness": sparsurf.roughness(dots)}).to_csv(tmp_path / "roughness.csv", index=False)
+    study[1].assign(link_over_spacing=1.0, share_in_island=1.0).to_csv(tmp_path / "ranges.csv", index=False)
+    sparsurf.floors(dots).to_csv(tmp_path / "floors.csv", index=False)
+    inputs = {name: str(tmp_path / f"{name}.csv") for name in ("roughness", "ranges", "floors")}
+    inputs |= {"surface": str(tmp_path / "surface.npz"), "structure": str(path) if has_atoms else []}
+    outputs = {"table": str(tmp_path / "compare.csv"), "png": str(tmp_path / "compare.png")}
+    params = {key: Settings().model_dump()[key] for key in ("surface", "patches", "sampling")}
+    params |= {"samplers": ["curved"], "percents": [30], "title": "p", "seed": 3}
+    params["evaluation"] = {"test_dots": 5, "draws": 1, "readings": ["kept", "full"]}
+    place = {"protein": "p", "conformation": "c1"}
+    if not has_atoms:
+        with pytest.raises(InputError, match="the sampler 'curved': fields: these dots carry no molecule"):
+            run_script("compare_samplers", tmp_path, inputs, outputs, params, **place)
+        return
+    run_script("compare_samplers", tmp_path, inputs, outputs, params, **place)
+    assert {*pd.read_csv(tmp_path / "compare.csv")["sampler"]} == {"curved"}
+    assert np.allclose(seen[-1], sparsurf.fields(dots, "mean_curvature")["mean_curvature"], atol=0.01)
 
 
 def test_the_papers_sampler_takes_the_winners_of_this_run(prepared, study):

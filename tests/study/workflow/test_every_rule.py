@@ -648,7 +648,7 @@ def test_a_comparison_of_samplers_names_its_surface(run, tmp_path, monkeypatch, 
     config, saved = ready[0], []
     monkeypatch.setattr(layout, "save", lambda figure, path: saved.append(figure))
     inputs = {name: str(run / f"ready/c1/{name}.csv") for name in ("roughness", "ranges", "floors")}
-    inputs["surface"] = str(run / "ready/c1/surface.npz")
+    inputs |= {"surface": str(run / "ready/c1/surface.npz"), "structure": []}
     params = {name: config[name] for name in ("patches", "sampling", "seed")}
     params |= {
         "evaluation": {"test_dots": 5, "draws": 1, "readings": ["kept", "full"]},
