@@ -193,12 +193,12 @@ def represent(
     ):
         placed = surface
         if surface.origin is None and any(map(takes_dots, names)):
-            placed = _on_molecule(surface, molecule, settings)
+            placed = on_molecule(surface, molecule, settings)
         computed = compute_fields(names, molecule, surface.points, table=table, dots=placed)
         fields = {str(name): computed[name].to_numpy() for name in computed}
         surface = replace(surface, fields=surface.fields | fields)
     if molecule is not None and surface.origin is None and min(surface.kind.min(), surface.atom.min()) >= 0:
-        surface = _on_molecule(surface, molecule, settings)
+        surface = on_molecule(surface, molecule, settings)
     prepared = PreparedSurface(surface, settings, roughness, replace(streams, shared=True), threads)
     n_tests, request = number_of_tests(settings.evaluation.test_dots, len(surface)), settings.minimal
     atoms = _atoms_of_all(surface, molecule)
@@ -268,7 +268,7 @@ def _smallest(
     return spread, few, interval
 
 
-def _on_molecule(dots: Surface, molecule: Molecule, settings: Settings) -> Surface:
+def on_molecule(dots: Surface, molecule: Molecule, settings: Settings) -> Surface:
     """Return dots that a study read from a file, with the molecule that it placed them on."""
     rules, xyz = settings.surface, molecule.xyz[0].round(3)
     radii = radii_of(molecule, rules.radii)

@@ -2,29 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from sparsurf.api.about import About
 from sparsurf.api.origin import OriginRow, rows_of_surface
+from sparsurf.evaluation.minimal_subset import on_molecule
 from sparsurf.molecules.read_molecule import read_study_structure
-from sparsurf.surfaces.radii import radii
-from sparsurf.surfaces.surface import Surface, SurfaceOrigin
 
 if TYPE_CHECKING:
     from sparsurf.settings import Settings
+    from sparsurf.surfaces.surface import Surface
 
 
 def with_atoms(dots: Surface, structure: str, settings: Settings) -> Surface:
     """Return dots that know the atoms of the structure that they were placed on; the dots as they are where there is none."""
     if not structure:
         return dots
-    molecule = read_study_structure(structure)
-    radii_of_atoms = radii(molecule, settings.surface.radii)
-    origin = SurfaceOrigin.of_atoms(
-        molecule, 0, molecule.xyz[0], settings.surface, settings.patches.d_link, radii_of_atoms
-    )
-    return replace(dots, origin=origin)
+    return on_molecule(dots, read_study_structure(structure), settings)
 
 
 def origin_of_page(dots: Surface, file: str) -> tuple[OriginRow, ...]:
