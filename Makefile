@@ -46,6 +46,15 @@ WRONG  := $(or $(findstring {,$(CURDIR)),$(findstring },$(CURDIR)),$(findstring 
 ifneq ($(WRONG),)
 $(error $(CURDIR) has a $(WRONG) in its name, which Snakemake cannot handle: move this checkout to another folder)
 endif
+# `make run my.yaml` would run the default study, and then find that there is nothing to do for my.yaml
+GIVEN  := $(filter %.yaml %.yml %.json,$(MAKECMDGOALS)) $(if $(filter command line,$(origin config)),$(config))
+ifneq ($(strip $(GIVEN)),)
+$(error a config is given as CONFIG: write make run CONFIG=$(firstword $(GIVEN)))
+endif
+# The set-up clears the environment first, through a link that of another checkout
+ifneq ($(shell test -L $(VENV) && echo link),)
+$(error $(VENV) is a link: remove it, since each checkout has its own environment, which make creates)
+endif
 # Where the jobs run: on the cores here, on Slurm, whose extra packages are installed then, or where a profile sends them
 ifneq ($(and $(CLUSTER),$(PROFILE)),)
 $(error CLUSTER is $(CLUSTER) and PROFILE is $(PROFILE): give only one of the two)

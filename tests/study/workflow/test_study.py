@@ -674,6 +674,16 @@ def test_make_takes_a_config_with_a_blank_and_refuses_an_unknown_cluster_and_fol
     refused = make("CLUSTER=foo")
     assert refused.returncode and "CLUSTER is foo, but only CLUSTER=slurm is known" in refused.stderr
     assert len(refused.stderr.splitlines()) == 1
+    for options, targets in (
+        ((), ("run", "my.yaml")),
+        (("config=my.yaml",), ("run",)),
+    ):  # not the default study
+        refused = make(*options, targets=targets)
+        assert refused.returncode and "write make run CONFIG=my.yaml" in refused.stderr and not refused.stdout
+    (tmp_path / "other").mkdir()
+    (tmp_path / "link").symlink_to("other")  # whose environment would be cleared
+    refused = make(f"VENV={tmp_path / 'link'}")
+    assert refused.returncode and "link is a link: remove it" in refused.stderr
     for name, wrong in (("é<x>", None), ("a b", "space"), ("a:b", ":"), ("{x}", "{")):
         shutil.copytree(ROOT / "envs", tmp_path / name / "envs")
         shutil.copy(ROOT / "Makefile", tmp_path / name)
