@@ -126,9 +126,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     args, unparsed = parser.parse_known_args(arguments)
     if unparsed:
         several = not any(word.startswith("-") for word in unparsed)
-        advice = "one file at a time, the rest are options; a study takes a folder"
+        advice = "one file at a time, the rest are options such as --trajectory; a study takes a folder"
         advice = "give all files before the options" if command == "points" else advice
         hint = f" ({advice})" if several else ""
+        if command == "frames" and "--frame" in unparsed:
+            hint = " (frames measures all frames; residues --frame measures one)"
         (options or parser).error(f"unrecognized arguments: {' '.join(unparsed)}{hint}")
     args.words = arguments  # which a page names as its command
     progress.enabled = not args.quiet

@@ -106,7 +106,11 @@ def add_molecule(
         meaning = "frame or model to read, from 0 (default 0)"
         atoms.add_argument("--frame", type=number_within(FRAME), help=meaning)
     atoms.add_argument("--chains", help="chain identifiers, such as A,B")
-    atoms.add_argument("--selection", help="mdtraj expression; 'all' for every atom (default: protein)")
+    atoms.add_argument(
+        "--selection",
+        help="mdtraj expression, in which residue is the number in the file, and resid counts from 0; 'all' for every"
+        " atom (default: protein)",
+    )
     atoms.add_argument("--ligands", help="residue names to include with the protein, such as HEM,ZN")
     several = atoms.add_mutually_exclusive_group()
     help_text = "number of the only model to read, as written in the file (default: all models, as frames)"

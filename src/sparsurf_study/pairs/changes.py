@@ -103,7 +103,11 @@ def floor_of(drawn: np.ndarray, share: float = SHARE_ABOVE_FLOOR) -> np.ndarray:
     with np.errstate(invalid="ignore", divide="ignore"):
         other_rms = np.sqrt((square - np.where(measured, drawn, 0) ** 2) / (n - 1))
         ratio = np.where(measured & (n > 1), drawn / other_rms, np.nan)
-        factor = np.nanquantile(ratio, 1 - share, axis=(0, 1))
+        factor = np.full(
+            ratio.shape[2:], np.nan
+        )  # of a channel that no residue has, which numpy would warn of
+        has_draws = ~np.isnan(ratio).all(axis=(0, 1))
+        factor[has_draws] = np.nanquantile(ratio[..., has_draws], 1 - share, axis=(0, 1))
         return factor * np.sqrt(square / n)
 
 

@@ -1,5 +1,6 @@
 """Two forms residue by residue: distances as written, floors that 5 % exceed, changes where something changed."""
 
+import warnings
 from dataclasses import replace
 
 import gemmi
@@ -147,6 +148,10 @@ def test_a_floor_is_exceeded_by_one_draw_in_twenty():
         0.04 < above.mean() < 0.07
     )  # 2,520 draws: 0.05 +- 0.009 (2 sd), a little more for a scale from ten draws
     assert np.isfinite(floor).all() and np.isnan(floor_of(np.full((5, 3, 7), np.nan))).all()
+    draws[..., 2] = np.nan  # a field that no residue has
+    with warnings.catch_warnings(action="error"):
+        without = floor_of(draws[1:])
+    assert np.isnan(without[:, 2]).all() and np.array_equal(np.delete(without, 2, 1), np.delete(floor, 2, 1))
 
 
 def test_a_form_turned_stays_below_its_floor(form, own, found):
