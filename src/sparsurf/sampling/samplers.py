@@ -77,6 +77,8 @@ def _checked(
     try:
         returned, n_dots = function(prepared, n, rng), len(prepared.points)
     except InputError as error:
+        if str(error).startswith("the sampler "):  # it says which one already
+            raise
         raise InputError(f"the sampler {name!r}: {error}") from error
     dots = np.asarray(returned) if np.iterable(returned) else np.empty((0, 0))
     if dots.ndim != 1 or dots.dtype.kind not in "iu" or not len(dots):

@@ -62,7 +62,8 @@ OPTIONS = {
      "--density 0.6": {"density": 0.6}, "--error 0.1": {"error": 0.1}, "--max-z 1.5": {"max_z": 1.5},
      "--sampler uniform": {"sampler": "uniform"}, "--seed 2": {"seed": 2},
      "--error 0.1 --error-99 0.12": {"error": 0.1, "error_99": 0.12},
-     "--error 0.1 --model interpolant": {"error": 0.1, "model": "interpolant"}},
+     "--error 0.1 --sampler cover --model interpolant":
+     {"error": 0.1, "sampler": "cover", "model": "interpolant"}},
     "points": {"": {}, **OF_ATOMS, **PLACED, "--n-dots 50": {"n_dots": 50}, "--density 0.5": {"density": 0.5},
      "--seed 3": {"seed": 3}, "--fields roughness": {"fields": "roughness"},
      "--selection all --cavities keep": {"selection": "all", "cavities": "keep"}},
@@ -93,6 +94,7 @@ BASES = {  # what an option is compared with, where that is not the command with
     "--mesh --selection all": "--mesh --selection all",
     "--mesh ": "--mesh",
     "--trajectory run.xtc --frame": "--trajectory run.xtc",
+    "--error 0.1 --sampler cover --": "--error 0.1 --sampler cover",
     "--error 0.1 --": "--error 0.1",
 }
 

@@ -679,7 +679,8 @@ def test_make_takes_a_config_with_a_blank_and_refuses_an_unknown_cluster_and_fol
         (("config=my.yaml",), ("run",)),
     ):  # not the default study
         refused = make(*options, targets=targets)
-        assert refused.returncode and "write make run CONFIG=my.yaml" in refused.stderr and not refused.stdout
+        assert refused.returncode and "write make run CONFIG=my.yaml" in refused.stderr
+        assert "scripts/" not in refused.stdout
     (tmp_path / "other").mkdir()
     (tmp_path / "link").symlink_to("other")  # whose environment would be cleared
     refused = make(f"VENV={tmp_path / 'link'}")
