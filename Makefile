@@ -1,6 +1,6 @@
 # make run     set up, run the default study on the embedded example, and write results/default/index.html
 # make paper   the same for conformation A1 of the paper, with the paper's tables beside ours (see studies/paper.yaml);
-#              7 minutes of CPU time
+#              5 minutes of CPU time
 # make compare  a study, and its samplers compared at equal n_S; a later make run keeps that up to date
 # make check   follow the records of a run from its inputs to its page, name the first link that differs, and the files that do
 # make test    set up, run every check and test
@@ -89,7 +89,7 @@ run: setup
 	@exec $(BIN)/python scripts/study.py "$(CONFIG)" $(WHERE)
 
 paper: setup
-	@echo "From nothing, make paper takes 7 minutes of CPU time, about 4 minutes on two idle cores."
+	@echo "From nothing, make paper takes 5 minutes of CPU time, about 3 minutes on two idle cores."
 	@exec $(BIN)/python scripts/study.py studies/paper.yaml $(WHERE)
 
 compare: setup
