@@ -22,12 +22,23 @@ if TYPE_CHECKING:
 ROUGHNESS = "roughness"
 
 
-def check_fields(fields: FieldLike | Sequence[FieldLike], function: str) -> tuple[FieldLike, ...]:
-    """Return fields that points and vertices can have; raise InputError, in the name of a function, for others."""
+def check_fields(
+    fields: FieldLike | Sequence[FieldLike], function: str, of_residues: bool = False
+) -> tuple[FieldLike, ...]:
+    """Return fields that points and vertices can have; raise InputError, in the name of a function, for others.
+
+    A table `of_residues` always has their roughness, which is no field there.
+    """
     chosen = field_names(fields, "fields")
+    added = () if of_residues else (ROUGHNESS,)
     for field in chosen:
-        if not callable(field) and field != ROUGHNESS and not kinds.has("field", field):
-            listed = (ROUGHNESS, *kinds.names("field"))
+        if not callable(field) and field not in added and not kinds.has("field", field):
+            listed = (*added, *kinds.names("field"))
+            if of_residues and ROUGHNESS in did_you_mean(field, (ROUGHNESS, *listed)):
+                raise InputError(
+                    f"{function}: there is no field {field!r}, and the table always has the column mean_roughness; "
+                    f"leave {field!r} out."
+                )
             hint = did_you_mean(field, listed) or f"; the fields are {', '.join(listed)}."
             raise InputError(f"{function}: there is no field {field!r}{hint}")
         if callable(field) and kinds.name_of("field", field, "fields") == ROUGHNESS:

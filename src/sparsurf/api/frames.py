@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from sparsurf import kinds
-from sparsurf.api.inputs import MoleculeLike, as_molecule, field_names, opened_source
+from sparsurf.api.field_values import check_fields
+from sparsurf.api.inputs import MoleculeLike, as_molecule, opened_source
 from sparsurf.api.parts import (
     digest_of_arguments,
     forget_other_parts,
@@ -154,7 +155,7 @@ def frames(
     """
     stride, jobs = STRIDE.check(stride, "stride"), JOBS.check(jobs, "jobs")
     rules = placement(PROBE.check(probe_radius, "probe_radius"), "auto", radii, cavities)
-    request = FramesRequest(rules, field_names(fields, "fields"))
+    request = FramesRequest(rules, check_fields(fields, "frames", of_residues=True))
     for field in request.fields:
         kinds.load("field", field, "fields")
     if path is not None:

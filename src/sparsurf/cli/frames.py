@@ -52,7 +52,7 @@ def run(args: argparse.Namespace) -> None:
     from sparsurf.api.frames import FramesRequest, path_of_frames, write_frames
     from sparsurf.api.surfaces import placement
 
-    names = check_fields(options.names_of_requested_fields(args), "frames")
+    names = check_fields(options.names_of_requested_fields(args), "frames", of_residues=True)
     molecule = options.read_atoms(args, args.stride)
     rules = placement(density="auto", **options.placement_options(args))
     n_frames, n_before = write_frames(molecule, FramesRequest(rules, names), args.output, args.jobs)
