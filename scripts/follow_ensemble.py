@@ -6,6 +6,7 @@ import pandas as pd
 
 from sparsurf_study.workflow.jobs import job
 from sparsurf.evaluation.residues import roughness_over_frames
+from sparsurf.files import no_warnings
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf_study.analysis.ensemble import split_residue_columns
 from sparsurf_study.rounding import write_rounded
@@ -14,7 +15,8 @@ STRIDE_TO_FIRST_FRAME = 10**9  # leaves one frame: the residues are the same in 
 
 with job(snakemake) as s:
     files, options = (s.input.structure, s.input.get("trajectory")), s.params.molecule_options
-    residues = read_molecule(*files, stride=STRIDE_TO_FIRST_FRAME, **options).residues
+    with no_warnings():  # the jobs that measured the frames have given them
+        residues = read_molecule(*files, stride=STRIDE_TO_FIRST_FRAME, **options).residues
     # A part without frames is an empty file, which pandas cannot read
     parts = [pd.read_csv(path) for path in s.input.rows if Path(path).stat().st_size > 1]
     frames, over_time = split_residue_columns(pd.concat(parts), residues)

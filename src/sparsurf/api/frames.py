@@ -27,13 +27,14 @@ from sparsurf.api.writing import parse_output, write_file
 from sparsurf.arguments import PROBE, STRIDE
 from sparsurf.dot_fields.depth import depth_below, depth_of_residues
 from sparsurf.dot_fields.registry import FieldLike, compute_fields, names_of_fields
-from sparsurf.errors import InputError
+from sparsurf.errors import InputError, naming_file
 from sparsurf.evaluation.frames import surface_of_frame
 from sparsurf.evaluation.residues import residue_table
 from sparsurf.files import import_pyarrow
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.molecules.source import Source
+from sparsurf.molecules.trajectory import warn_of_stride
 from sparsurf.patches.index import D_LINK
 from sparsurf.progress import Progress
 from sparsurf.settings import Settings
@@ -213,6 +214,8 @@ def _every(molecule: Molecule, stride: int) -> Molecule:
     """Return every stride-th frame of a molecule."""
     if stride == 1:
         return molecule
+    with naming_file("the molecule"):
+        warn_of_stride(molecule.n_frames, stride)
     chosen = {name: getattr(molecule, name)[::stride] for name in ("xyz", "time_ps", "frame_number")}
     return replace(molecule, **chosen)
 

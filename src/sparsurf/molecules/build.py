@@ -43,7 +43,7 @@ from sparsurf.molecules.residues import (
 )
 from sparsurf.molecules.selection import POLYMERS, SelectionKeys, select_atoms
 from sparsurf.molecules.source import Source
-from sparsurf.molecules.trajectory import TrajectoryFrames, read_first_frame, read_frames
+from sparsurf.molecules.trajectory import TrajectoryFrames, read_first_frame, read_frames, warn_of_stride
 from sparsurf.molecules.unwrapping import Unwrapping, has_no_box, make_whole
 
 log = logging.getLogger("sparsurf")
@@ -264,6 +264,7 @@ def molecule_of_models(
     if assembly:
         _refuse_conformations(tables)
         tables = {0: _joined(tables)}
+    warn_of_stride(len(tables), stride)
     numbers = np.array(list(tables))[::stride]
     first = _of_model(tables[numbers[0]], file)
     selected = select_complete(first, keys, file)

@@ -17,7 +17,7 @@ from typing import IO
 import numpy as np
 
 from sparsurf.errors import FILE, InputError
-from sparsurf.files import StrPath, existing_file, pluralise
+from sparsurf.files import StrPath, existing_file, no_warnings, pluralise
 from sparsurf.molecules.geometry import refuse_invalid_coordinates
 from sparsurf.molecules.mdtraj_process import EVERY_FRAME, FrameSelection, iterate_frames
 from sparsurf.molecules.source import Source
@@ -182,6 +182,8 @@ def read_frames(
     if times is None:
         if source.format.name == "dcd":
             check_dcd(source, n_atoms, n_read, stride)
+        if stride > 1 and n_read == 1:
+            warn_of_stride(_count(source, n_atoms, stored), stride)
         time_ps, number = np.concatenate(time_parts), np.concatenate(number_parts)
     xyz = store.frames()
     if n_repeats := len(keep) - len(xyz):
@@ -201,6 +203,21 @@ def _differ_from_before(xyz: np.ndarray, before: np.ndarray) -> np.ndarray:
         return np.ones(len(xyz), bool)
     repeats = (xyz[1:] == xyz[:-1]).all(axis=(1, 2))
     return ~np.append(len(before) > 0 and np.array_equal(xyz[:1], before), repeats)
+
+
+def warn_of_stride(n_frames: int, stride: int) -> None:
+    """Warn of a stride that leaves one frame of several."""
+    if 1 < n_frames <= stride:
+        message = "%s has %d frames, of which a stride of %d leaves only the first: take a smaller stride"
+        log.warning(message, FILE, n_frames, stride)
+
+
+def _count(source: Source, n_atoms: int, stored: np.ndarray | None) -> int:
+    """Count the frames of a trajectory, without a word on what the reading before has warned of."""
+    if stored is not None:
+        return len(stored)
+    with no_warnings():
+        return sum(len(part[1]) for part in iterate_parts(source, n_atoms, FrameSelection(np.array([0]))))
 
 
 def _times(source: Source, n_atoms: int, stored: np.ndarray | None) -> np.ndarray:

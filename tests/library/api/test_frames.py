@@ -104,7 +104,7 @@ def test_parts_of_another_trajectory_are_not_taken(seven, tmp_path, monkeypatch)
     assert "GLY" in (tmp_path / "run.csv").read_text().rpartition("\n6,")[2]
 
 
-def test_one_frame_a_stride_and_a_trajectory(tmp_path, capsys):
+def test_one_frame_a_stride_and_a_trajectory(tmp_path, capsys, caplog):
     topology, trajectory = str(TDP43 / "topology.pdb"), str(TDP43 / "trajectory.xtc")
     out = tmp_path / "run.csv"
     assert (
@@ -114,6 +114,10 @@ def test_one_frame_a_stride_and_a_trajectory(tmp_path, capsys):
     frames = pd.read_csv(tmp_path / "run_frames.csv")
     assert frames["frame"].tolist() == [0, 700] and (np.diff(frames["time_ps"]) > 0).all()
     assert frames["area"][0] == pytest.approx(4559.595, abs=1e-3)
+    assert "stride" not in caplog.text
+    peptide = sparsurf.read_molecule(topology, trajectory, residues="209-214", stride=700)
+    assert sparsurf.frames(peptide, stride=2).frames["frame"].tolist() == [0]
+    assert "the molecule has 2 frames" in caplog.text
     one = sparsurf.frames(topology)
     assert len(one.frames) == 1 and len(one.residues) == 61
     buried = one.residues[one.residues["area"] == 0]

@@ -220,12 +220,13 @@ def test_atoms_of_later_models_are_found_where_the_first_was_put_in_order(tmp_pa
     assert molecule.xyz == pytest.approx(in_order.xyz[[0, 0]] + [[[0, 0, 0]], [[0, 0, 5]]], abs=2e-3)
 
 
-@pytest.mark.parametrize(("stride", "expected"), [(2, [0, 2, 4]), (3, [0, 3]), (9, [0])])
-def test_a_stride_that_does_not_divide_the_frames_counts_from_the_first(tmp_path, stride, expected):
+@pytest.mark.parametrize(("stride", "expected"), [(2, [0, 2, 4]), (4, [0, 4]), (5, [0]), (9, [0])])
+def test_a_stride_that_does_not_divide_the_frames_counts_from_the_first(tmp_path, caplog, stride, expected):
     models = [f"MODEL {k + 1:>8}\n{peptide(origin=(k, 0, 0))}ENDMDL\n" for k in range(5)]
     molecule = read_molecule(write(tmp_path / "a.pdb", "".join(models)), stride=stride)
     assert molecule.frame_number.tolist() == expected
     assert molecule.xyz[:, 0, 0].tolist() == expected
+    assert (f"a.pdb has 5 frames, of which a stride of {stride} leaves only" in caplog.text) == (stride > 4)
 
 
 def test_a_model_that_repeats_is_called_by_its_place_in_the_file(tmp_path, caplog):
@@ -837,6 +838,19 @@ def test_a_frame_that_repeats_or_goes_back_is_called_by_its_number_in_the_file(t
     few = read_molecule(tmp_path / "a.pdb", tmp_path / "a.xtc", times=[2.0, 4, 7])
     assert few.frame_number.tolist() == few.time_ps.tolist() == [0, 2, 7]
     assert "the first is frame 4" in caplog.text
+
+
+@pytest.mark.parametrize("extension", ["xtc", "dcd", "trr", "xyz"])
+def test_a_stride_that_leaves_one_frame_of_several_is_told(tmp_path, caplog, extension):
+    one = mdtraj.load(str(write(tmp_path / "a.pdb", peptide() + "END\n")))
+    frames = mdtraj.join([one] * 8)
+    frames.xyz = frames.xyz + 0.02 * np.arange(8)[:, None, None]
+    for n, stride, told in ((8, 7, ""), (8, 8, f"a.{extension} has 8 frames"), (1, 2, "")):
+        frames[:n].save(str(tmp_path / f"a.{extension}"))
+        caplog.clear()
+        read = read_molecule(tmp_path / "a.pdb", tmp_path / f"a.{extension}", stride=stride)
+        assert read.n_frames == -(-n // stride)
+        assert (told in caplog.text) if told else ("stride" not in caplog.text)
 
 
 def test_scaled_coordinates_of_lammps_are_shares_of_the_box(tmp_path):
