@@ -160,6 +160,29 @@ rule measure_other_dots:
         "../measure.py"
 
 
+rule measure_spheres_z:
+    input:
+        structures=ancient([structure_file(name) for name in config["spheres"]["chains"]]),
+    output:
+        table=f"{TABLES}/spheres_z.csv",
+        means=f"{TABLES}/spheres_z_means.csv",
+    log:
+        f"{RESULTS}/logs/spheres/measure_spheres_z.log",
+    params:
+        structures={name: structure_file(name) for name in config["spheres"]["chains"]},
+        hydrogens="keep",
+        densities=config["spheres"]["z"]["densities"],
+        of_cover=config["spheres"]["of_cover"]["chains"],
+        requested_errors=config["spheres"]["errors"]["chains"],
+        test_dots=config["spheres"]["z"]["test_dots"],
+        draws=config["spheres"]["z"]["draws"],
+        seed=config["seed"],
+    message:
+        "Z of surfaces reconstructed from spheres"
+    script:
+        "../measure.py"
+
+
 rule tabulate_spheres:
     input:
         errors=expand(f"{RESULTS}/spheres/{{part}}.csv", part=SPHERES_PARTS),
