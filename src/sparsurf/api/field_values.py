@@ -27,7 +27,7 @@ def check_fields(
 ) -> tuple[FieldLike, ...]:
     """Return fields that points and vertices can have; raise InputError, in the name of a function, for others.
 
-    A table `of_residues` always has their roughness, which is no field there.
+    In a table `of_residues`, roughness is always a column and not a field.
     """
     chosen = field_names(fields, "fields")
     added = () if of_residues else (ROUGHNESS,)
