@@ -2,10 +2,12 @@
 
 
 def compared_forms(wildcards):
-    """Surfaces and structures of two forms that are compared; none where the study has no such conformation."""
-    folders = [folder_of(place) for place in CHANGES[wildcards.comparison]]
-    if None in folders:
-        return {}
+    """Surfaces and structures of two forms that are compared; the tables of the names that there are if one of them is absent."""
+    forms = CHANGES[wildcards.comparison]
+    folders = [folder_of(form) for form in forms]
+    absent = [(n, form.partition("/")[0]) for n, form in enumerate(forms, 1) if not folders[n - 1]]
+    if absent:
+        return {f"names_{n}": f"results/{config['run']}/{protein}/frames.csv" for n, protein in absent}
     return {
         f"{kind}_{n}": f"{folder}/{kind}.{end}"
         for n, folder in enumerate(folders, 1)

@@ -3,19 +3,20 @@
 import numpy as np
 
 from sparsurf_study.workflow.jobs import job
+from sparsurf.errors import InputError
 from sparsurf.streams import stream
 from sparsurf_study.pairs.changes import changes, over_floor, read_forms, superpose_forms, warn_of_unmatched
 from sparsurf_study.pairs.matching import on_atoms
-from sparsurf_study.workflow.conformations import require_conformation
+from sparsurf_study.workflow.conformations import absent_form, first_column
 
 B_FACTOR_OF_BURIED = -1.0  # of residues without a change
 
 with job(snakemake) as s:
     name, forms = s.wildcards.comparison, s.params.forms
-    files = [
-        [require_conformation(s.input.get(f"{kind}_{side}"), name) for kind in ("surface", "structure")]
-        for side in (1, 2)
-    ]
+    for side, form in enumerate(forms, 1):
+        if names := s.input.get(f"names_{side}"):
+            raise InputError(absent_form(name, form, first_column(names)))
+    files = [[s.input[f"{kind}_{side}"] for kind in ("surface", "structure")] for side in (1, 2)]
     compared = read_forms(name, dict(zip(forms, files, strict=True)), s.settings.surface, s.params.d_link)
     warn_of_unmatched(*compared)
     table = changes(*compared, stream(s.params.seed, "changes", *forms), s.threads)

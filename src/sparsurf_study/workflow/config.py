@@ -14,7 +14,7 @@ from sparsurf.molecules.formats import STRUCTURES, suffix
 from sparsurf.settings import REQUEST_KEYS
 from sparsurf.suggestions import did_you_mean
 from sparsurf_study.batches.assignment import BATCH_FOLDERS, BATCH_PERCENT, batched_structures, takes_batches
-from sparsurf_study.workflow.conformations import has_one_model, without_zeros
+from sparsurf_study.workflow.conformations import absent_form, has_one_model, without_zeros
 from sparsurf_study.workflow.download import ONLY, allowed, shown, variable
 from sparsurf_study.workflow.memory import too_large
 from sparsurf_study.workflow.mistakes import one_of, sentences
@@ -343,14 +343,14 @@ def _check_changes(config: dict) -> Iterator[str]:
             entry = config["proteins"].get(protein, {})
             if "surface" in entry:
                 yield f"changes.{name}: {form!r} is a ready surface without residues; name a structure."
-            conformations = _known_conformations(protein, config) if entry else None
-            if (
-                conformation
-                and conformations
-                and len(conformations) == 1
-                and without_zeros(f"/{conformation}") != f"/{conformations[0]}"
-            ):
+            names = _known_conformations(protein, config) if entry else None
+            wanted = without_zeros(f"/{conformation}").removeprefix("/")
+            if not wanted or not names or wanted in names:
+                continue
+            if len(names) == 1:
                 yield f"changes.{name}: there is no {form!r}, as {protein} has a single form; name {protein!r}."
+            elif "trajectory" in entry or "simulate" in entry or wanted != "f0":  # that of a single structure
+                yield absent_form(name, form, names)
         if len({_place(form, config) for form in forms}) == 1:
             note = "" if forms[0] == forms[1] else f" ({forms[1]!r} is the same form)"
             yield f"changes.{name}: {forms[0]!r} is on both sides{note}; name another."

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from sparsurf.errors import InputError
-from sparsurf.files import read_bytes
+from sparsurf.files import read_bytes, shorten
 from sparsurf.molecules.formats import MMCIF, PDB, suffix
 
 if TYPE_CHECKING:
@@ -25,13 +25,10 @@ def without_zeros(name: str) -> str:
     return re.sub(r"/([cf])0*(\d+)(?=/|$)", r"/\1\2", name)
 
 
-def require_conformation(path: str | None, comparison: str) -> str:
-    """Return the file of a conformation that a comparison names; raise InputError where the study does not have it."""
-    if not path:
-        raise InputError(
-            f"changes.{comparison} names a conformation that this study does not have; frames.csv of its protein lists them."
-        )
-    return path
+def absent_form(comparison: str, form: str, names: list[str]) -> str:
+    """Return the sentence that refuses a form which is none of the conformations of its protein."""
+    protein = form.partition("/")[0]
+    return f"changes.{comparison}: there is no {form!r}; {protein} has {shorten(', '.join(names))}."
 
 
 def require_conformations(files: Iterable[str]) -> list[Path]:

@@ -14,7 +14,6 @@ from sparsurf.surfaces.formats.npz import write_npz
 from sparsurf.surfaces.surface import Surface
 from sparsurf_study.pairs import partners
 from sparsurf_study.pairs.partners import partner_of
-from sparsurf_study.workflow.conformations import require_conformation
 
 SETTINGS = Settings(patches={"r_patch": 3.0, "r_zernike": 6.0, "d_link": 1.6})
 
@@ -58,12 +57,3 @@ def test_centres_follow_the_config():
     with pytest.raises(InputError, match=r"there is no sampler 'fathest'") as told:
         selected(n_dots=50, sampler="fathest")
     assert told.value.arguments == ("complementarity.centres.sampler",)
-
-
-@pytest.mark.parametrize("path", [None, ""])
-def test_a_comparison_of_an_absent_conformation_is_refused_by_its_name(path):
-    with pytest.raises(
-        InputError, match=r"^changes\.open names a conformation .* frames\.csv of its protein"
-    ):
-        require_conformation(path, "open")
-    assert require_conformation("surface.npz", "open") == "surface.npz"

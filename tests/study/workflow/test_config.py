@@ -267,6 +267,9 @@ def test_forms_that_the_structures_lack_are_named_before_any_job():
     assert check_config(both | {"changes": {"s": ["a", "b/c1"]}})["changes"] == {"s": ["a", "b/c1"]}
     both["proteins"]["a"] = own | {"trajectory": str(ROOT / "data" / "tdp43" / "trajectory.xtc")}
     assert check_config(both | {"changes": {"s": ["a/c7", "b"]}})  # known once frames are chosen
+    both["frames"] = {"selection": [0, 97]}
+    refuse(both | {"changes": {"s": ["a/f00", "a/f96"]}}, "changes.s: there is no 'a/f96'; a has f0, f97")
+    assert check_config(both | {"changes": {"s": ["a/f00", "a/f0097"]}})
 
 
 @pytest.mark.parametrize(
