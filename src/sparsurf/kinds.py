@@ -11,7 +11,7 @@ from __future__ import annotations
 import inspect
 import re
 import textwrap
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import cache, partial
 from importlib import import_module
 from typing import Any, NamedTuple
@@ -780,12 +780,23 @@ def _check_signature(kind: str, name: str, function: Any, takes_dots: bool) -> N
         signature = inspect.signature(function)
     except (TypeError, ValueError):  # a function in C may have none
         return
+    if _accepts(signature, arguments):
+        return
+    hint = ""
+    if kind == "field" and not takes_dots and _accepts(signature, ("dots",)):
+        hint = ", or the dots alone if it is registered by sparsurf.register(..., takes_dots=True)"
+    raise InputError(
+        f"the {KINDS[kind].word} {name!r} takes {signature}; it must take ({', '.join(arguments)}){hint}."
+    )
+
+
+def _accepts(signature: inspect.Signature, arguments: Sequence[str]) -> bool:
+    """Return whether a function of this signature can be called with these arguments."""
     try:
         signature.bind(*arguments)
     except TypeError:
-        raise InputError(
-            f"the {KINDS[kind].word} {name!r} takes {signature}; it must take ({', '.join(arguments)})."
-        ) from None
+        return False
+    return True
 
 
 def _reason(error: Exception) -> str:

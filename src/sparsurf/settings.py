@@ -28,6 +28,7 @@ DEFAULT_ERROR = 0.02  # Å
 TAIL_PER_ERROR = 5  # 99 % error over the mean error that is requested, with the sampler cover
 
 T = TypeVar("T")
+OR_INSTALLED = "or one of an installed package"  # after the names of a kind
 
 
 def _as_integer(value: Any) -> Any:
@@ -53,7 +54,8 @@ def _one_of(kind: str, built_in: bool = False) -> Any:
         ):
             return value
         listed = [*kinds.TABLE[kind]] if built_in else kinds.names(kind)
-        raise PydanticKnownError("literal_error", {"expected": ", ".join(map(repr, listed))})
+        expected = ", ".join(map(repr, listed)) + ("" if built_in else f" {OR_INSTALLED}")
+        raise PydanticKnownError("literal_error", {"expected": expected})
 
     schema = WithJsonSchema({"enum": [*kinds.TABLE[kind]], "type": "string"})
     return Annotated[str, BeforeValidator(check), schema]

@@ -10,6 +10,7 @@ import pytest
 import sparsurf
 from peptides import peptide, write
 from sparsurf import kinds
+from sparsurf.cli.command import main
 from sparsurf.errors import InputError
 
 PLUGIN = """
@@ -182,6 +183,7 @@ def named(name, function):
         (lambda d: sparsurf.sample(d, n_dots=5, sampler=named("a", lambda p, n, r: [1, 1])), "2 dots, of which 1 repeat"),
         (lambda d: sparsurf.sample(d, n_dots=5, sampler=named("a", lambda p, n, r: [-1])), "from -1 to -1"),
         (lambda d: sparsurf.sample(d, n_dots=5, sampler=named("farthest", lambda p, n, r: [1])), "rename your"),
+        (lambda d: sparsurf.fields(d, named("a", lambda d: [1])), r"must take .* or the dots alone .*takes_dots=True"),
         (lambda d: sparsurf.fields(d, named("a", lambda m, p: [1, 2])), "'a' returns an array of shape"),
         (lambda d: sparsurf.fields(d, named("a", lambda m, p: ["x"] * len(p))), "'a' returns an array of <U1"),
         (lambda d: sparsurf.fields(d, named("a", lambda m, p: np.full(len(p), np.nan))), "no value at any dot"),
@@ -271,6 +273,14 @@ def test_a_command_tells_the_error_of_an_installed_package_in_one_sentence(tmp_p
     assert done.stderr.splitlines()[-1] == (
         "sparsurf surface: the field 'faulty' of my-plugin 1.2 fails: ZeroDivisionError: division by zero."
     )
+
+
+@pytest.mark.parametrize("name", ["residues", "points", "minimal"])
+def test_the_help_lists_the_fields_of_an_installed_package(plugin, capsys, name):
+    with pytest.raises(SystemExit):
+        main([name, "--help"])
+    told = capsys.readouterr().out
+    assert "hydropathy" in told and "elevation" in told
 
 
 def test_a_command_takes_the_names_of_an_installed_package(tmp_path):

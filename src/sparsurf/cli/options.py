@@ -59,6 +59,13 @@ class Names(Container[str]):
         return len(self.added) + len(kinds.names(self.kind))
 
 
+class SeveralNames(Names):
+    """The names of a kind of which an option takes several, with commas between; they are looked up one by one later."""
+
+    def __contains__(self, name: object) -> bool:
+        return True
+
+
 def number_within(limits: Limits) -> Callable[[str], float]:
     """Return the parser of an option that takes a number within limits, for argparse."""
 
@@ -199,8 +206,8 @@ def add_d_link(parser: argparse.ArgumentParser) -> None:
 
 def add_fields(parser: argparse._ActionsContainer) -> None:
     """Add the option that chooses the fields of the dots."""
-    help_text = f"values at the dots: {', '.join(kinds.TABLE['field'])}, with commas between"
-    parser.add_argument("--fields", metavar="NAMES", help=help_text)
+    help_text = "values at the dots: %(choices)s, with commas between"
+    parser.add_argument("--fields", choices=SeveralNames("field"), metavar="NAMES", help=help_text)
 
 
 def source_of(args: argparse.Namespace) -> Source:

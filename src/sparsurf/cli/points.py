@@ -66,9 +66,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help="number of points per Å^2, instead of --n-dots",
     )
     options.add_seed(parser, "seed that chooses the first point, from which all others follow")
-    listed = ", ".join(kinds.TABLE["field"])
-    help_text = f"values at the points: roughness (of the dense surface), {listed}, with commas between"
-    parser.add_argument("--fields", metavar="NAMES", help=help_text)
+    help_text = "values at the points: roughness (of the dense surface), %(choices)s, with commas between"
+    choices = options.SeveralNames("field")
+    parser.add_argument("--fields", choices=choices, metavar="NAMES", help=help_text)
     options.add_molecule(parser)
     options.add_placement(parser, " remove")
     parser.add_argument(

@@ -36,9 +36,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> None:
     """Write the table of residues."""
     outputs.check(args, FORMATS)
-    from sparsurf.api.field_values import check_fields  # here: wrong arguments need no numba
+    if names := options.names_of_requested_fields(args):
+        from sparsurf.api.field_values import check_fields  # here: a missing file needs no numba
 
-    check_fields(options.names_of_requested_fields(args), "residues", of_residues=True)
+        check_fields(names, "residues", of_residues=True)
     surface, molecule = options.read_dots(args)
     if molecule is None:
         raise InputError(f"{args.file} holds dots, which have no residues; give a structure.")

@@ -11,7 +11,7 @@ from sparsurf import kinds
 from sparsurf.errors import InputError
 from sparsurf.files import UNPACK, shorten
 from sparsurf.molecules.formats import STRUCTURES, suffix
-from sparsurf.settings import REQUEST_KEYS
+from sparsurf.settings import OR_INSTALLED, REQUEST_KEYS
 from sparsurf.suggestions import did_you_mean
 from sparsurf_study.batches.assignment import BATCH_FOLDERS, BATCH_PERCENT, batched_structures, takes_batches
 from sparsurf_study.workflow.conformations import absent_form, has_one_model, without_zeros
@@ -228,7 +228,7 @@ def _check_fields(config: dict) -> Iterator[str]:
                         "column."
                     )
         elif not (columns and all(field in names for names in columns.values())):
-            allowed = one_of(field, kinds.names("field"))
+            allowed = one_of(field, kinds.names("field"), f" {OR_INSTALLED}")
             end = "" if allowed.endswith("?") else "."
             yield f"fields.{k} is {shorten(repr(field))}, but must be a column of every `table` or {allowed}{end}"
 

@@ -9,6 +9,7 @@ from pydantic import BaseModel
 
 from sparsurf.errors import InputError
 from sparsurf.files import shorten
+from sparsurf.settings import OR_INSTALLED
 from sparsurf.suggestions import did_you_mean
 from sparsurf_study.workflow.models import FORMS, Config
 
@@ -79,16 +80,18 @@ def _but_must_be(key: tuple, errors: list[dict]) -> str:
         limits: dict[str, Any] = {
             name: int(limit) if isinstance(limit, float) else limit for name, limit in context
         }
-        names, form = re.findall("'(.*?)'", limits.get("expected", "")), FORMS.get(limits.get("pattern", ""))
+        expected, form = limits.get("expected", ""), FORMS.get(limits.get("pattern", ""))
+        end = f" {OR_INSTALLED}" if expected.endswith(OR_INSTALLED) else ""
+        names = one_of(str(value), re.findall("'(.*?)'", expected), end)
         template = ALLOWED.get(error["type"], "another value")
-        allowed.append(template.format(**limits, form=form, first=first, names=one_of(str(value), names)))
+        allowed.append(template.format(**limits, form=form, first=first, names=names))
     return f"{_name(key)} is {_short(value)}, but must be {' or '.join(allowed)} ({meaning})."
 
 
-def one_of(value: str, names: list[str]) -> str:
-    """Return 'one of a, b, c', with the name that the user may have meant."""
+def one_of(value: str, names: list[str], end: str = "") -> str:
+    """Return 'one of a, b, c', the `end` of the list, and the name that the user may have meant."""
     listed = f"one of {', '.join(names)}" if len(names) > 1 else "".join(names)
-    return listed + did_you_mean(value, names)
+    return listed + end + did_you_mean(value, names)
 
 
 def _unknown_key(key: tuple) -> str:
