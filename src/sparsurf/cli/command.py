@@ -39,7 +39,8 @@ COMMANDS = {
 FAILED, NOT_UNDERSTOOD, INTERRUPTED = 1, 2, 130  # exit codes
 TERMINAL_WIDTH = 80
 EPILOG = """\
-FILE is a structure (PDB, mmCIF, GRO or CARD, also .gz, or HDF5) or a file of dots (DMS, CSV with x,y,z,nx,ny,nz, PLY or npz).
+FILE is a structure (PDB, mmCIF, GRO or CARD, also .gz, or HDF5; with --trajectory also PSF or AMBER parm7) or a file of dots
+(DMS, CSV with x,y,z,nx,ny,nz, PLY or npz). `sparsurf frames --help` lists the formats of trajectories.
 `surface`, `residues` and `points` accept only a structure, and `recover` accepts only dots. Lengths are in Å. -o names the file
 of the result, and its suffix determines the format; `-o -` writes to standard output, and -q prints only warnings and errors. npz
 and DMS keep the area, kind and atom of every dot. Errors are printed on standard error.

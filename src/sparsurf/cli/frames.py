@@ -32,7 +32,9 @@ examples:
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     parser.add_argument(
-        "file", metavar="FILE", help="structure of the trajectory, or a file with several models"
+        "file",
+        metavar="FILE",
+        help="structure of the trajectory (also PSF or AMBER parm7), or a file with several models",
     )
     text = f"file to write ({' '.join(FORMATS)}); the table of frames is written next to it, with _frames in its name"
     parser.add_argument("-o", "--output", required=True, metavar="OUT", help=text)

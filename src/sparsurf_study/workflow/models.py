@@ -280,11 +280,17 @@ class Tables(Section):
 class Compare(Section):
     """A comparison of samplers at equal numbers of kept dots, n_S."""
 
-    run: bool = key(False, "Whether every run compares the samplers; `make compare` does so once.")
+    run: bool = key(
+        False,
+        "Whether every run compares the samplers, for which `sampling` must not be false; `make compare` does so once.",
+    )
     percents: UniqueList[PercentBelow100] = key(
         [2.5, 5, 10, 20, 40, 60], "Values of n_S at which the samplers are compared, in % of the dots."
     )
-    samplers: UniqueList[Sampler] = optional("Samplers to compare; all by default.")
+    samplers: UniqueList[Sampler] = optional(
+        "Samplers to compare; by default, all but cover. Without `uniform`, compare.csv has Z of each sampler, but no random "
+        "subsets from which d and the column `ratio` follow."
+    )
 
 
 class Folder(Section):

@@ -19,6 +19,7 @@ import sparsurf
 from conftest import ROOT
 from peptides import atom_line, peptide
 from sparsurf.cli import command, minimal, surface
+from sparsurf.molecules.formats import MOLECULE_FORMATS
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.recovery.errors import distance_to_recovered
 from sparsurf.recovery.reconstructing import reconstruct
@@ -133,6 +134,17 @@ def test_the_help_fits_a_terminal_and_explains_every_option(name, capsys):
     assert "examples:" in capsys.readouterr().out
     assert max(map(len, parsers[-1].epilog.splitlines())) <= 80 and "  sparsurf " in parsers[-1].epilog
     assert all(action.help for action in parsers[-1]._actions if action.dest != "command")
+
+
+def test_the_help_lists_the_formats_of_structures_and_of_trajectories(capsys):
+    formats = [each for each in MOLECULE_FORMATS.values() if each.atoms or each.places]
+    for words, listed in (
+        (["--help"], [each for each in formats if each.atoms]),
+        (["frames", "--help"], [each for each in formats if not each.atoms]),
+    ):
+        assert ended(*words) == 0
+        told = " ".join(capsys.readouterr().out.split())
+        assert not [each.label for each in listed if each.label.removeprefix("CHARMM ") not in told]
 
 
 def test_the_version_and_an_automatic_density_without_a_warning(folder, tmp_path, capfd):
