@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import re
 from collections import deque
 from collections.abc import Iterator, Sequence
@@ -54,6 +55,7 @@ if TYPE_CHECKING:
 FORMATS = kinds.suffixes("frames")
 FRAMES_PER_PART = 10  # that are stored together, and computed again after a stop
 FRAME_COLUMNS = ("area", "volume", "components", "cavities", "dots", "mean_roughness")
+OF_FRAMES = ("xyz", "time_ps", "frame_number")  # arrays of a molecule with a row for each frame
 RESIDUE_COLUMNS = ("area", "mean_roughness", "depth")
 
 
@@ -112,8 +114,8 @@ def frames(
         Trajectory that belongs to the structure `molecule`.
     path : str or Path, optional
         File in .parquet or .csv for the table of residues; that of frames is written next to it, as run_frames.csv next to
-        run.csv. A call that was stopped continues from the frames that were finished, and writes the same bytes. Parquet needs
-        pyarrow.
+        run.csv. A call that was stopped continues from the frames that were finished, unless a field is a function of your
+        own, and writes the same bytes. Parquet needs pyarrow.
     stride : int
         Measure every stride-th frame (default 1, all frames).
     fields : str, callable, or sequence of these
@@ -271,7 +273,7 @@ def _stored_parts(
 ) -> Iterator[tuple[Path, int, int]]:
     """Yield the file of each part in order, its first frame, and how many of its frames were there before."""
     bounds = _bounds(molecule.n_frames)
-    files = [part_file(store, _digest(molecule, request, *ends)) for ends in bounds]
+    files = [part_file(store, digest) for digest in _digests(molecule, request, bounds)]
     forget_other_parts(store, files, path, "part")
     missing = [ends for ends, file in zip(bounds, files, strict=True) if not file.exists()]
     n_before = molecule.n_frames - sum(last - first for first, last in missing)
@@ -293,13 +295,17 @@ def _read_part(file: Path) -> Part:
         return Part(arrays["frames"], arrays["residues"])
 
 
-def _digest(molecule: Molecule, request: FramesRequest, first: int, last: int) -> Any:
-    """Return a hash of all that the numbers of a part follow from."""
-    digest = digest_of_arguments(request.rules, first, last, fields=request.fields)
-    for name in ("chain", "residue", "residue_name", "name", "element"):
-        digest.update("\n".join(map(str, getattr(molecule, name).tolist())).encode())
-    digest.update(molecule.frame_number[first:last].tobytes() + molecule.xyz[first:last].tobytes())
-    return digest
+def _digests(molecule: Molecule, request: FramesRequest, bounds: list[tuple[int, int]]) -> Iterator[Any]:
+    """Yield for each part a hash of all that its numbers follow from."""
+    of_all = digest_of_arguments(request.rules, fields=request.fields)
+    for name in (field.name for field in dataclasses.fields(molecule)):
+        if name not in OF_FRAMES:
+            of_all.update(f"{name} {np.asarray(getattr(molecule, name)).tolist()}".encode())
+    for first, last in bounds:
+        digest = of_all.copy()
+        digest.update(f"{first} {last}".encode())
+        digest.update(molecule.frame_number[first:last].tobytes() + molecule.xyz[first:last].tobytes())
+        yield digest
 
 
 _shared: tuple[Molecule, FramesRequest] | None = None  # what the processes of `frames` share

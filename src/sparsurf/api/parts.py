@@ -1,6 +1,7 @@
 """Parts of a long result that are stored while it is computed, so that a call that was stopped continues from them.
 
 The name of a part is a hash of all that it follows from, so that a part of other input or other arguments is never taken.
+It cannot be known what a function of the user follows from, so that a call with one takes no parts of another call.
 """
 
 from __future__ import annotations
@@ -8,6 +9,7 @@ from __future__ import annotations
 import hashlib
 import logging
 import shutil
+import uuid
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -15,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sparsurf.dot_fields.registry import names_of_fields
+from sparsurf import kinds
 from sparsurf.files import pluralise
 from sparsurf.version import __version__
 
@@ -30,13 +32,20 @@ LENGTH_OF_KEY = 32  # letters of the hash in the name of a part
 
 
 def digest_of_arguments(*arguments: Any, fields: Sequence[FieldLike] = ()) -> Any:
-    """Return a hash, which can be continued, of the version, of arguments and of fields; a function of the user is its code."""
-    digest = hashlib.sha256(f"{__version__} {arguments}".encode())
-    for field in fields:
-        code = getattr(field, "__code__", None)
-        digest.update(f"{field if isinstance(field, str) else names_of_fields((field,), 'fields')}".encode())
-        digest.update(b"" if code is None else code.co_code + repr(code.co_consts).encode())
-    return digest
+    """Return a hash, which can be continued, of the version, of arguments and of fields.
+
+    A field of the user makes it a hash of this call alone, because edits of what its function uses cannot be seen.
+    """
+    of_library = [isinstance(field, str) and _is_of_library(field) for field in fields]
+    of_call = [] if all(of_library) else [uuid.uuid4().hex]
+    names = [field for field in fields if isinstance(field, str)]
+    return hashlib.sha256(f"{__version__} {arguments} {names + of_call}".encode())
+
+
+def _is_of_library(field: str) -> bool:
+    """Return whether the library computes a field of this name; roughness has no entry in the table."""
+    choice = kinds.choice_of("field", field)
+    return choice is None or choice.is_built_in
 
 
 def part_file(store: Path, digest: Any) -> Path:
@@ -66,7 +75,7 @@ def forget_other_parts(store: Path, files: Collection[Path], result: str, kind: 
         path.unlink()
     if finished:
         log.warning(
-            "%s: %s of a stopped call followed from other input or other arguments, and cannot be used.",
+            "%s: %s of a stopped call followed from other input, other arguments or a function of your own, and cannot be used.",
             result, pluralise(len(finished), kind),
         )  # fmt: skip
 

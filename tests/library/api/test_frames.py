@@ -88,20 +88,57 @@ def test_a_stopped_run_continues_to_the_same_bytes(seven, tmp_path, monkeypatch,
     )
 
 
+def stop_before_writing(monkeypatch, molecule, path, **options):
+    """Stop a call after all of its parts are stored."""
+    with monkeypatch.context() as patched:
+        patched.setattr(api, "_writer", lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
+        with pytest.raises(KeyboardInterrupt):
+            sparsurf.frames(molecule, path=path, **options)
+
+
 def test_parts_of_another_trajectory_are_not_taken(seven, tmp_path, monkeypatch):
     """What a stopped run left behind belongs to other positions."""
-    part_of_frames = api.part_of_frames
-    monkeypatch.setattr(api, "_writer", lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
-    with pytest.raises(KeyboardInterrupt):
-        sparsurf.frames(seven, path=tmp_path / "run.csv")
-    monkeypatch.undo()
-    assert api.part_of_frames is part_of_frames
+    stop_before_writing(monkeypatch, seven, tmp_path / "run.csv")
     moved = write(
         tmp_path / "moved.pdb",
         models(7).replace("MODEL        7", "MODEL        8").replace(" ALA B", " GLY B"),
     )
     sparsurf.frames(moved, path=tmp_path / "run.csv")
     assert "GLY" in (tmp_path / "run.csv").read_text().rpartition("\n6,")[2]
+
+
+def lowest(molecule, points):
+    """A field of the user's own."""
+    return points.min(axis=1)
+
+
+def highest(molecule, points):
+    """A field of the user's own."""
+    return points.max(axis=1)
+
+
+highest.__name__ = "lowest"
+
+
+@pytest.mark.parametrize("changed", ["function", "b_factor"])
+def test_parts_of_another_field_are_not_taken(seven, tmp_path, monkeypatch, changed):
+    """What a stopped run left behind follows from another function, or from other B factors."""
+    molecule = sparsurf.read_molecule(seven)
+    molecule = replace(molecule, b_factor=np.arange(molecule.n_atoms, dtype=float))
+    field, other = (lowest, highest) if changed == "function" else ("bfactor", "bfactor")
+    other_molecule = (
+        molecule if changed == "function" else replace(molecule, b_factor=molecule.b_factor[::-1])
+    )
+    stop_before_writing(monkeypatch, molecule, tmp_path / "run.csv", fields=field)
+    sparsurf.frames(other_molecule, path=tmp_path / "run.csv", fields=other)
+    expected = sparsurf.frames(other_molecule, fields=other).residues[f"mean_{names_of(other)}"]
+    found = pd.read_csv(tmp_path / "run.csv")[f"mean_{names_of(other)}"]
+    np.testing.assert_allclose(found, expected, rtol=1e-8)
+
+
+def names_of(field):
+    """The name of a field, given by name or as a function."""
+    return field if isinstance(field, str) else field.__name__
 
 
 def test_one_frame_a_stride_and_a_trajectory(tmp_path, capsys, caplog):
