@@ -17,12 +17,14 @@ from typing import Any
 
 from snakemake.api import SnakemakeApi
 from snakemake.exceptions import MissingRuleException, RuleException, WorkflowError
+from snakemake.io import is_callable
 from snakemake.settings.types import ConfigSettings, DAGSettings, OutputSettings, Quietness, ResourceSettings
 
 from sparsurf_study.workflow.jobs import RAISE
 from sparsurf.errors import InputError
 from sparsurf.files import shorten
 from sparsurf.threads import available_cores
+from sparsurf_study.workflow.conformations import first_column
 
 STUDY_ROOT = Path(__file__).parents[2]  # of the checkout
 
@@ -91,12 +93,35 @@ def job_of(output: str, configs: Sequence[Path]) -> Any:
 
 def _require_inputs(output: str, job: Any) -> None:
     """Raise InputError for inputs that are missing, or known only when a checkpoint has run."""
+    _require_conformation(output, job)
     missing = [str(path) for path in job.input if not os.path.exists(path)]
     if missing:
         further = f" and {len(missing) - 1} more" if len(missing) > 1 else ""
         raise InputError(
             f"{shorten(output)} is made from {shorten(missing[0])}{further}, which does not exist; "
             "run the study up to there first."
+        )
+    fixed = {str(path.apply_wildcards(job.wildcards)) for path in job.rule.input if not is_callable(path)}
+    for other in job.dag.dependencies[job]:
+        # Snakemake gives a job the outputs of a checkpoint that it runs again, in place of the inputs that follow from it
+        stand_ins = {*map(str, job.input)} & {*map(str, other.output)} - fixed
+        is_pending = job.dag.needrun(other) or not all(map(os.path.exists, other.output))
+        if other.is_checkpoint and is_pending and stand_ins:
+            raise InputError(
+                f"{shorten(output)} follows from the conformations in {shorten(min(stand_ins))}, which are chosen again, "
+                "since their code, config or files have changed; run the study up to there first."
+            )
+
+
+def _require_conformation(output: str, job: Any) -> None:
+    """Raise InputError for a conformation that the table of the frames does not name, such as f0 in place of f00."""
+    if not {"protein", "conformation"} <= {*job.wildcards.keys()}:
+        return
+    protein, conformation = job.wildcards.protein, job.wildcards.conformation
+    frames = Path(f"results/{job.wildcards.run}/{protein}/frames.csv")
+    if frames.is_file() and conformation not in (listed := first_column(frames)):
+        raise InputError(
+            f"{shorten(output)}: {protein} has no conformation {conformation}; it has {shorten(', '.join(listed))}."
         )
 
 

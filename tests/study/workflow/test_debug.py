@@ -87,3 +87,20 @@ def test_an_output_that_cannot_be_made_is_refused_in_a_sentence(folder, output, 
     (folder / ROUGHNESS).unlink(missing_ok=True)
     code, said = call(folder, "sparsurf_study.debug", output)
     assert code == 1 and words in said and said.strip().count("\n") == 0
+
+
+@pytest.mark.parametrize(
+    ("output", "words"),
+    [
+        ("results/own/q/f7/roughness.csv", "q has no conformation f7; it has f07, f12"),
+        ("results/own/surfaces.csv", "conformations in results/own/q/frames.csv, which are chosen again"),
+    ],
+)
+def test_conformations_are_those_of_the_table_of_frames(folder, output, words):
+    """A table that would be written again, since other outputs of its job are missing."""
+    table = folder / "results/own/q/frames.csv"
+    table.parent.mkdir(exist_ok=True)
+    table.write_text("conformation,frame\nf07,7\nf12,12\n")
+    code, said = call(folder, "sparsurf_study.debug", output)
+    table.unlink()
+    assert code == 1 and words in said and said.strip().count("\n") == 0
