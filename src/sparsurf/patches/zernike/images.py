@@ -27,8 +27,9 @@ MARGIN_FACTOR = 1.01  # the image reaches this many times the largest distance f
 MAX_FILL_ROUNDS = 50  # of gap filling
 ROW_STRIDE = 32  # elements stored per image row
 IMAGE_SIZE = PIXELS * ROW_STRIDE
-# Rows of the working array of `project`: position, normal, r (at first rho^2), element of the image, weight
-X, Y, Z, NX, NY, NZ, R, PIXEL, WEIGHT = range(9)
+# Rows of the working array of `project`: position, r (first rho^2, then times the weight), element of the image, weight
+X, Y, Z, R, PIXEL, WEIGHT = range(6)
+WORK_ROWS = 6
 # Lets the compiler assume finite numbers, and do nothing that changes a result: reordered sums and fused products differ with
 # the processor, and from one compilation to the next.
 FAST = {"nnan", "ninf", "nsz"}
@@ -106,24 +107,21 @@ def project(
 ) -> bool:
     """Turn a patch and average the distances to the cone's apex per pixel; False if all dots lie on the axis, without an extent.
 
-    Fills image[0] with the mean distance r (0 where no dot falls) and `filled` with its occupancy. `work` (9, n) holds a column
+    Fills image[0] with the mean distance r (0 where no dot falls) and `filled` with its occupancy. `work` (6, n) holds a column
     per dot of the patch, see `X`..; the caller sets the weights.
     """
     n = len(ids)
-    for k in range(n):
-        a = np.uintp(ids[k])
-        for c in range(3):
-            work[X + c, k] = xyz[a, c] - centre[c]
-            work[NX + c, k] = normals[a, c]
     cx = cy = cz = mx = my = mz = total = 0.0
     for k in range(n):
-        g = work[WEIGHT, k]
-        cx += g * work[X, k]
-        cy += g * work[Y, k]
-        cz += g * work[Z, k]
-        mx += g * work[NX, k]
-        my += g * work[NY, k]
-        mz += g * work[NZ, k]
+        a = np.uintp(ids[k])
+        g, x, y, z = work[WEIGHT, k], xyz[a, 0] - centre[0], xyz[a, 1] - centre[1], xyz[a, 2] - centre[2]
+        work[X, k], work[Y, k], work[Z, k] = x, y, z
+        cx += g * x
+        cy += g * y
+        cz += g * z
+        mx += g * normals[a, 0]
+        my += g * normals[a, 1]
+        mz += g * normals[a, 2]
         total += g
     cx, cy, cz = cx / total, cy / total, cz / total
     across = math.sqrt(mx * mx + my * my)
@@ -153,11 +151,11 @@ def project(
         row = _larger(np.ceil(offset - work[Y, k] * scale) - 1.0, 0.0)
         work[PIXEL, k] = row * ROW_STRIDE + column
         z = work[Z, k] - apex
-        work[R, k] = math.sqrt(work[R, k] + z * z)
+        work[R, k] = work[WEIGHT, k] * math.sqrt(work[R, k] + z * z)
     image[:] = 0.0
     for k in range(n):
         p = np.uintp(work[PIXEL, k])
-        image[0, p] += work[WEIGHT, k] * work[R, k]
+        image[0, p] += work[R, k]
         image[1, p] += work[WEIGHT, k]
     filled[:] = 0
     for k in range(n):  # over dots, not elements: most patches of sparse subsets have few dots

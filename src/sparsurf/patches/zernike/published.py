@@ -19,6 +19,7 @@ from sparsurf.patches.zernike.images import (
     N_ODD,
     ROW_STRIDE,
     WEIGHT,
+    WORK_ROWS,
     Descriptor,
     Patches,
     fill_gaps,
@@ -79,7 +80,7 @@ def _images(
     buffer_size = 1
     for i in range(len(images)):
         buffer_size = max(buffer_size, start[i + 1] - start[i])
-    work = np.empty((9, buffer_size))
+    work = np.empty((WORK_ROWS, buffer_size))
     work[WEIGHT] = 1.0
     image, filled = np.empty((2, IMAGE_SIZE + ROW_STRIDE)), np.empty(polynomials.PIXELS, np.uint32)
     for i in range(len(images)):
