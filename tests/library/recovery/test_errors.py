@@ -62,6 +62,24 @@ def test_a_plane_by_hand():
     )
 
 
+def test_distances_are_those_of_the_nearest_of_all_dots(blob):
+    dots, normals = blob
+    rng = np.random.default_rng(5)
+    # up to 12 Å from the surface: beyond 4 Å the nearest dot is found in another way
+    points = dots[::7] + rng.uniform(0, 12, len(dots[::7]))[:, None] * normals[::7]
+    surface, up = dots[::3], normals[::3]
+    difference = points[:, None] - surface
+    distances = np.sqrt((difference**2).sum(axis=2))
+    nearest, least = distances.argmin(axis=1), distances.min(axis=1)
+    apart = np.sqrt(((surface[::16, None] - surface) ** 2).sum(axis=2))
+    spacing = np.median(np.sort(apart, axis=1)[:, 1])
+    height = np.abs(((points - surface[nearest]) * up[nearest]).sum(axis=1))
+    expected = np.where(least <= 2 * spacing, height, least)
+    assert (least > 5).sum() > 20
+    assert (least < 2 * spacing).sum() > 20
+    assert np.abs(distance_to_surface(points, surface, up) - expected).max() < 1e-12
+
+
 @pytest.mark.parametrize("radius", [4.0, 6.0])
 def test_a_sphere_bends_by_one_over_its_radius_outside_and_inside(sphere, radius):
     points, normals = sphere
