@@ -48,6 +48,12 @@ rule all:
         changed_results,
 
 
+onstart:  # says nothing below `make run`, which has noted the config before
+    path_to_config = Path(*workflow.configfiles[:1] or [HOME / "config.yaml"]).resolve()
+    if replaced := ledger.note_config(RUN, path_to_config):
+        print(replaced, file=sys.stderr, flush=True)
+
+
 rule complete_protein:  # one job for each, so that a failure does not stop the others
     input:
         lambda wildcards: ends_of_protein(wildcards.protein),

@@ -19,6 +19,7 @@ import yaml
 
 import study
 from conftest import ROOT
+from small_study import snakemake
 from sparsurf.errors import InputError
 from sparsurf_study import catalogue
 from sparsurf_study.batches import assignment
@@ -448,6 +449,21 @@ def test_a_config_that_replaces_the_results_of_another_says_so(checkout, tmp_pat
     assert told(second) == told(second, "seed: 5\n") == ""
     (checkout.root / "results/mine" / ledger.FOLDER / ledger.CONFIG).write_text("[")
     assert told(first) == ""
+
+
+def test_snakemake_says_whose_results_it_replaces(tmp_path):
+    """Without `make run`; nothing is computed."""
+    run, former = tmp_path / "results" / "own", tmp_path / "former.yaml"
+    record(run / "p" / "c1" / "surface.npz", "1")
+    (tmp_path / "p.npz").write_text("of no use here")
+    former.write_text("run: own\n")
+    ledger.note_config(run, former)
+    config = {"run": "own", "proteins": {"p": {"surface": "p.npz"}}}
+    done = snakemake(
+        tmp_path, config, "--touch", "--forcerun", "read_surface", "--", "results/own/p/c1/surface.npz"
+    )
+    said = f"contains the results of {former}, and this run of config.yaml replaces them."
+    assert done.returncode == 0 and done.stderr.count(said) == 1
 
 
 def record(path, text, **keys):
