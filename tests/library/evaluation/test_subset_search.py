@@ -1,6 +1,5 @@
 """The fewest dots for an error: by made-up errors whose answer can be read off, and on a real surface."""
 
-import itertools
 from types import SimpleNamespace
 
 import numpy as np
@@ -178,30 +177,3 @@ def test_dots_per_area():
     assert len(few) == round(0.6 * surface.area.sum())
     with pytest.raises(InputError, match=r"density is 50, but .* has 5.* dots per Å\^2"):
         sparsurf.minimal(surface, density=50)
-
-
-def test_the_law_and_its_inverse():
-    for hydrogens, sampler, model in itertools.product(
-        (False, True), ("farthest", "cover"), ("auto", "spheres")
-    ):
-        how = {"hydrogens": hydrogens, "sampler": sampler, "model": model}
-        density = sparsurf.density_for(0.02, **how)
-        mean, high_99 = sparsurf.error_at(density, **how)
-        if sampler == "farthest":
-            assert mean == pytest.approx(0.02) and 0.05 < high_99 < 0.3
-        else:  # where the errors of 99 % decide
-            assert mean < 0.01 and high_99 <= 0.1
-    lines = [sparsurf.density_for(0.02, **how) for how in ({}, {"model": "spheres"}, {"sampler": "cover"})]
-    assert lines == sorted(lines, reverse=True) and lines[0] > 2 * lines[1]
-    assert sparsurf.density_for(0.02, hydrogens=True) > lines[0]
-    for call, words in (
-        (lambda: sparsurf.density_for(0), "error is 0"),
-        (lambda: sparsurf.density_for(1), "errors of 0.00.* to 0.0.* Å were measured"),
-        (lambda: sparsurf.error_at(-1), "density is -1"),
-        (lambda: sparsurf.error_at(5), "errors were measured at 0.15 to 2.4 dots"),
-        (lambda: sparsurf.error_at(0.5, sampler="cover"), "sampler='cover'"),
-        (lambda: sparsurf.density_for(0.02, sampler="uniform"), "sampler is 'uniform'"),
-        (lambda: sparsurf.density_for(0.02, sampler="cover", model="interpolant"), "for the model 'spheres'"),
-    ):
-        with pytest.raises(InputError, match=words):
-            call()
