@@ -108,7 +108,7 @@ class Glossary:
         """Escape a sentence; mark the words that no sentence before it has."""
         parts = []
         for k, part in enumerate(self.pattern.split(sentence)):
-            word = next((word for word in (part, part[:-1], part[:-2]) if word in self.meanings), "")
+            word = self.word(part)
             if k % 2 == 0 or word in self.used:
                 parts.append(symbols(part))
                 continue
@@ -117,8 +117,17 @@ class Glossary:
         return Markup("").join(parts)
 
     def explained(self) -> list[tuple[str, str]]:
-        """Return the words that were marked, with their meanings."""
-        return [(word, meaning) for word, meaning in self.meanings.items() if word in self.used]
+        """Return the words that were marked, and those that their meanings hold, with their meanings."""
+        listed, added = set[str](), set(self.used)
+        while added:
+            listed |= added
+            found = {self.word(part) for word in added for part in self.pattern.findall(self.meanings[word])}
+            added = found - listed
+        return [(word, meaning) for word, meaning in self.meanings.items() if word in listed]
+
+    def word(self, text: str) -> str:
+        """Return the word that a text is, in the singular; empty if it is none."""
+        return next((word for word in (text, text[:-1], text[:-2]) if word in self.meanings), "")
 
 
 @jinja2.pass_context

@@ -822,7 +822,7 @@ def test_a_word_is_explained_once_by_the_lengths_of_the_config(tmp_path):
     marked = {term.text for term in terms}
     assert listed["patch"] == patch and "interface" not in listed  # which this page does not name
     assert {word.removesuffix("es").removesuffix("s") for word in marked} >= {"dot", "Z", "d", "patch"}
-    assert len(marked) == len(listed)
+    assert "island" in marked and "descriptor" in listed  # a word of the meaning of Z
 
 
 def test_pairs_that_do_not_touch_have_no_rows(tmp_path):
