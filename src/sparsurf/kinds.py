@@ -349,9 +349,9 @@ TABLE: dict[str, dict[str, Choice]] = {
             is_written=True,
         ),
         "cxc": Choice(
-            "sparsurf.api.scenes:write_scene",
+            "sparsurf.api.scenes:chimerax_script",
             "ChimeraX script",
-            "A script that opens a .bild and a .pdb next to it; `sparsurf.write` writes all three.",
+            "A script NAME.cxc that opens NAME_dots.bild and NAME_molecule.pdb next to it; `sparsurf.write` writes all three.",
             carries=("script",),
             is_written=True,
         ),

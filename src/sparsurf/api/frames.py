@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import re
 from collections import deque
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -24,7 +23,7 @@ from sparsurf.api.parts import (
 )
 from sparsurf.api.points import JOBS
 from sparsurf.api.surfaces import placement
-from sparsurf.api.writing import parse_output, write_file
+from sparsurf.api.writing import parse_output, path_of_frames, write_file
 from sparsurf.arguments import PROBE, STRIDE
 from sparsurf.dot_fields.depth import depth_below, depth_of_residues
 from sparsurf.dot_fields.registry import FieldLike, compute_fields, names_of_fields
@@ -204,12 +203,6 @@ def write_frames(molecule: Molecule, request: FramesRequest, path: str | Path, j
             writers = {name: _writer(name, (pair[column] for pair in tables())) for name in FORMATS}
             write_file(output, FORMATS, writers)
     return molecule.n_frames, done_before
-
-
-def path_of_frames(path: str | Path) -> Path:
-    """Return the path of the table of frames, next to that of residues: run_frames.csv for run.csv."""
-    name = re.sub(r"(\.(?:csv|parquet)(?:\.gz)?)$", r"_frames\1", Path(path).name, flags=re.IGNORECASE)
-    return Path(path).with_name(name)
 
 
 def _every(molecule: Molecule, stride: int) -> Molecule:

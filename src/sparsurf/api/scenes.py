@@ -26,6 +26,7 @@ SCENES = tuple(
 SPHERE_RADIUS = 0.3  # Å, of the spheres
 KEPT = (0.84, 0.37, 0.0)  # vermillion of Okabe and Ito, of a subset and of triangles
 MIN_B, MAX_B = -99.99, 999.99  # that fit into six characters
+BEGIN_OF_CHIMERAX_SCRIPT = "# Open it from this folder: chimerax "
 PYMOL = """\
 {structure}python
 from pymol import cgo
@@ -95,9 +96,8 @@ def write_scene(
 ) -> None:
     """Write dots, or triangles (F, 3) between them, with the molecule as a cartoon where it is known.
 
-    The suffix is .pdb (each dot a HETATM of its own residue DOT), .bild (spheres for ChimeraX), .pml (a script for PyMOL that
-    holds everything), or .cxc (a script for ChimeraX, with NAME.bild and NAME.pdb next to it). `numbers` (N,) are B factors
-    and colours; without them, the colours show the kinds of the dots.
+    The suffix is .pdb (each dot a HETATM of its own residue DOT), .bild (spheres for ChimeraX), or .pml (a script for PyMOL
+    that holds everything). `numbers` (N,) are B factors and colours; without them, the colours show the kinds of the dots.
     """
     path = Path(path)
     if one_colour:
@@ -108,19 +108,24 @@ def write_scene(
         _write_dots_as_pdb(path, surface.points, np.zeros(len(surface)) if numbers is None else numbers)
     elif path.suffix.lower() == ".bild":
         write_bild(path, surface.points, colours, triangles)
-    elif path.suffix.lower() == ".pml":
-        _write_pml(path, surface, colours, molecule, frame, triangles)
     else:
-        write_bild(path.with_suffix(".bild"), surface.points, colours, triangles)
-        script, bild, pdb = (
-            _quoted(path.with_suffix(suffix).name) for suffix in (path.suffix, ".bild", ".pdb")
-        )
-        lines = [f"# Open it from this folder: chimerax {script}"]
-        if molecule is not None:
-            molecule.write_pdb(path.with_suffix(".pdb"), frame)
-            lines += [f"open {pdb}", "hide atoms", "cartoon"]
-        lines += [f"open {bild}", "set bgColor white", "view", ""]
-        path.write_text("\n".join(lines), encoding="utf-8")
+        _write_pml(path, surface, colours, molecule, frame, triangles)
+
+
+def chimerax_script(script: str, dots: str, molecule: str | None) -> str:
+    """Return the script of a name that opens two files next to it: the dots, and the molecule as a cartoon if it is known."""
+    lines = [f"{BEGIN_OF_CHIMERAX_SCRIPT}{_quoted(script)}"]
+    if molecule is not None:
+        lines += [f"open {_quoted(molecule)}", "hide atoms", "cartoon"]
+    return "\n".join([*lines, f"open {_quoted(dots)}", "set bgColor white", "view", ""])
+
+
+def is_opened_by(script: Path, file: Path) -> bool:
+    """Return whether a file is one of those that an existing script of `chimerax_script` opens."""
+    if not script.is_file():
+        return False
+    first, *lines = script.read_text(encoding="utf-8", errors="replace").split("\n")
+    return first.startswith(BEGIN_OF_CHIMERAX_SCRIPT) and f"open {_quoted(file.name)}" in lines
 
 
 def _quoted(name: str) -> str:

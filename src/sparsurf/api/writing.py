@@ -19,7 +19,7 @@ import numpy as np
 from sparsurf import kinds
 from sparsurf.api.about import About
 from sparsurf.api.inputs import MoleculeLike, as_molecule, check_frame, is_subset
-from sparsurf.api.scenes import SCENES, write_scene
+from sparsurf.api.scenes import SCENES, chimerax_script, is_opened_by, write_scene
 from sparsurf.arguments import FRAME, check_flag
 from sparsurf.errors import InputError
 from sparsurf.files import as_path, closed_streams, shorten
@@ -244,15 +244,25 @@ def write_dots(output: str | Path, dots: DotsToWrite) -> None:
             "its vertices."
         )
     write_file(output, dots.formats, writers)
-    if (faces := dots.faces) is not None and (
-        names_of_files := re.fullmatch(r"(.*)\.vert(\.gz)?", str(output), re.I)
-    ):
-        second = f"{names_of_files[1]}.face{names_of_files[2] or ''}"
+    if (faces := dots.faces) is not None and (second := path_of_faces(output)) is not None:
         write_file(
             second,
             (".face",),
             {".face": lambda path: write_faces(path, surface, numbers(), faces, n_spheres, header)},
         )
+
+
+def path_of_faces(path: str | Path) -> Path | None:
+    """Return the path of the triangles of a mesh, next to its vertices: mesh.face for mesh.vert; None for another format."""
+    if names := re.fullmatch(r"(.*)\.vert(\.gz)?", Path(path).name, re.IGNORECASE):
+        return Path(path).with_name(f"{names[1]}.face{names[2] or ''}")
+    return None
+
+
+def path_of_frames(path: str | Path) -> Path:
+    """Return the path of the table of frames, next to that of residues: run_frames.csv for run.csv."""
+    name = re.sub(r"(\.(?:csv|parquet)(?:\.gz)?)$", r"_frames\1", Path(path).name, flags=re.IGNORECASE)
+    return Path(path).with_name(name)
 
 
 def _spheres_of(dots: DotsToWrite, output: str) -> tuple[int, list[str] | None, Header]:
@@ -364,12 +374,12 @@ def write(
 ) -> None:
     """Write a result in the format that the suffix of a path names, such as .csv, .npz, .ply, .dms, .pml, .html or .png.
 
-    Further suffixes are for PyMOL and ChimeraX: .pml and .cxc open the dots on their molecule (a .cxc with a .bild and a .pdb
-    next to it), .bild holds spheres, and .pdb holds each dot as an atom whose B factor is its weight or its first field, with
-    an occupancy of 0 where that is unknown. A .vtp (for ParaView and PyVista) holds dots or a mesh with all their numbers. A
-    .obj, .glb or .stl holds a mesh, and is written by trimesh, which must be installed. A .html is an interactive page, as that
-    of `show`, and a .png is a picture, for which matplotlib must be installed. A Subset is shown on its surface, and a table of
-    `residues` as the roughness along each chain.
+    Further suffixes are for PyMOL and ChimeraX: .pml and .cxc open the dots on their molecule (a NAME.cxc with NAME_dots.bild and
+    NAME_molecule.pdb next to it), .bild holds spheres, and .pdb holds each dot as an atom whose B factor is its weight or its
+    first field, with an occupancy of 0 where that is unknown. A .vtp (for ParaView and PyVista) holds dots or a mesh with all
+    their numbers. A .obj, .glb or .stl holds a mesh, and is written by trimesh, which must be installed. A .html is an
+    interactive page, as that of `show`, and a .png is a picture, for which matplotlib must be installed. A Subset is shown on
+    its surface, and a table of `residues` as the roughness along each chain.
 
     Parameters
     ----------
@@ -393,7 +403,8 @@ def write(
     Raises
     ------
     InputError
-        The suffix does not fit the result, the folder does not exist, or `names` holds a name that is not a field.
+        The suffix does not fit the result, the folder does not exist, `names` holds a name that is not a field, or a file that a
+        .cxc needs next to it exists already and is not one of the same scene.
 
     Examples
     --------
@@ -452,8 +463,7 @@ def write(
     if Path(path).suffix.lower() != ".cxc":
         write_dots(path, dots)
         return
-    parse_output(path, (".cxc",))  # it writes files next to it
-    _write_scene(Path(path), dots)
+    _write_chimerax(Path(path), dots)
 
 
 def _write_molecule(molecule: Molecule, path: str | Path, frame: int) -> None:
@@ -509,10 +519,34 @@ def _renamed(dots: DotsToWrite, names: Mapping[str, str]) -> DotsToWrite:
     return replace(dots, surface=surface, table=dots.table.rename(columns=new))
 
 
+def _molecule_of(dots: DotsToWrite) -> tuple[Molecule | None, int]:
+    """Return the molecule that is shown with dots, and its frame: the one that is given, or else their own."""
+    origin = dots.surface.origin if dots.molecule is None else None
+    return (origin.molecule, origin.frame) if origin else (dots.molecule, dots.frame)
+
+
+def _write_chimerax(path: Path, dots: DotsToWrite) -> None:
+    """Write dots, or a mesh, as NAME.cxc and the files that it opens; none of these replaces a file of another origin."""
+    parse_output(path, (".cxc",))
+    molecule, frame = _molecule_of(dots)
+    bild, pdb = path.with_name(f"{path.stem}_dots.bild"), path.with_name(f"{path.stem}_molecule.pdb")
+    writers: dict[Path, Callable[[Path], Any]] = {bild: lambda file: _write_scene(file, dots)}
+    if molecule is not None:
+        writers[pdb] = lambda file: molecule.write_pdb(file, frame)
+    for file in writers:
+        if os.path.lexists(file) and not is_opened_by(path, file):
+            raise InputError(
+                f"{file} exists and is not a part of the scene {path}, which would replace it: choose another name for the scene."
+            )
+    script = chimerax_script(path.name, bild.name, pdb.name if molecule is not None else None)
+    writers[path] = lambda file: file.write_text(script, encoding="utf-8")
+    for file, writer in writers.items():
+        write_file(file, (file.suffix.lower(),), {file.suffix.lower(): writer})
+
+
 def _write_scene(path: Path, dots: DotsToWrite) -> None:
     """Write dots, or a mesh, with the molecule that they know, for PyMOL or ChimeraX."""
-    origin = dots.surface.origin if dots.molecule is None else None
-    molecule, frame = (origin.molecule, origin.frame) if origin else (dots.molecule, dots.frame)
+    molecule, frame = _molecule_of(dots)
     numbers = dots.values_shown
     one_colour = dots.shown == "weight" or (dots.faces is not None and numbers is None)
     write_scene(path, dots.surface, molecule, frame, numbers, one_colour, dots.faces)

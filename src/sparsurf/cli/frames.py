@@ -4,6 +4,7 @@ import argparse
 
 from sparsurf import kinds
 from sparsurf.api.points import JOBS
+from sparsurf.api.writing import path_of_frames
 from sparsurf.arguments import STRIDE
 from sparsurf.cli import options, outputs
 from sparsurf.files import pluralise
@@ -49,9 +50,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """Write the tables."""
-    outputs.check(args, FORMATS)
+    outputs.check(args, FORMATS, path_of_frames)
     from sparsurf.api.field_values import check_fields  # here: wrong arguments need no numba
-    from sparsurf.api.frames import FramesRequest, path_of_frames, write_frames
+    from sparsurf.api.frames import FramesRequest, write_frames
     from sparsurf.api.surfaces import placement
 
     names = check_fields(options.names_of_requested_fields(args), "frames", of_residues=True)

@@ -3,6 +3,8 @@
 import argparse
 import os
 import sys
+from collections.abc import Callable
+from pathlib import Path
 
 from sparsurf.api.about import refuse_missing_matplotlib
 from sparsurf.api.writing import SUFFIXES_OF_NUMBERS, DotsToWrite, parse_output, write_dots
@@ -11,20 +13,31 @@ from sparsurf.errors import InputError
 READ_OPTIONS = ("file", "trajectory", "at")  # which can name a file
 
 
-def check(args: argparse.Namespace, formats: tuple[str, ...]) -> None:
-    """Raise InputError if the output cannot be written in one of the formats, before anything is computed."""
-    for key in READ_OPTIONS:
-        file = getattr(args, key, None)
-        both_exist = isinstance(file, str) and os.path.exists(file) and os.path.isfile(args.output)
-        if both_exist and os.path.samefile(str(file), args.output):
-            raise InputError(f"{args.output} is an input file; name another file to write.")
+def check(
+    args: argparse.Namespace, formats: tuple[str, ...], beside: Callable[[str], Path | None] | None = None
+) -> None:
+    """Raise InputError if the output cannot be written in one of the formats, before anything is computed.
+
+    Neither the output nor the second file that is written next to it, whose path `beside` returns, may be an input.
+    """
+    _refuse_input(args, args.output, "")
     suffix = parse_output(args.output, formats)[0]
+    if beside is not None and (second := beside(args.output)) is not None:
+        _refuse_input(args, str(second), f", which is written next to {args.output},")
     if suffix == ".png":
         refuse_missing_matplotlib(args.output)
     if suffix == ".dms" and getattr(args, "fields", None):
         raise InputError(
             f"--fields: {suffix} files cannot store fields; name a file that ends in {', '.join(SUFFIXES_OF_NUMBERS)}."
         )
+
+
+def _refuse_input(args: argparse.Namespace, output: str, which: str) -> None:
+    """Raise InputError if an output is a file that the command reads."""
+    if os.path.isfile(output):
+        files = (getattr(args, key, None) for key in READ_OPTIONS)
+        if any(os.path.samefile(f, output) for f in files if isinstance(f, str) and os.path.exists(f)):
+            raise InputError(f"{output}{which} is an input file; name another file to write.")
 
 
 def write_output(args: argparse.Namespace, dots: DotsToWrite) -> None:

@@ -96,7 +96,7 @@ def run(args: argparse.Namespace) -> None:
         if args.mesh
         else writing.SUFFIXES_OF_DOTS
     )
-    outputs.check(args, formats)
+    outputs.check(args, formats, writing.path_of_faces if args.mesh else None)
     few = read_surface(args.file)
     options.say(f"surface reconstructed from {len(few):,} dots")
     points_at = None if args.at is None else read_points(args.at)

@@ -70,7 +70,10 @@ def run(args: argparse.Namespace) -> None:
             "--residues selects dots, whereas --mesh writes triangles; leave out one of the two options."
         )
     options.refuse_size_of_mesh(args)
-    outputs.check(args, (*writing.MESHES, *writing.SCENES) if args.mesh else FORMATS)
+    if args.mesh:
+        outputs.check(args, (*writing.MESHES, *writing.SCENES), writing.path_of_faces)
+    else:
+        outputs.check(args, FORMATS)
     if is_file_of_spheres(args.file):
         outputs.write_output(args, _of_spheres(args))
         return

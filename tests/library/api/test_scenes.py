@@ -124,18 +124,38 @@ def test_a_mesh_has_its_triangles_in_pymol_and_chimerax(tmp_path):
 def test_chimerax_opens_what_lies_next_to_the_script(few, tmp_path):
     sparsurf.write(few, tmp_path / "few.cxc")
     sparsurf.write(few, tmp_path / "so few.cxc")
-    assert '\nopen "so few.pdb"\n' in (tmp_path / "so few.cxc").read_text()
+    assert '\nopen "so few_molecule.pdb"\n' in (tmp_path / "so few.cxc").read_text()
     opened = [
         line.split()[1] for line in (tmp_path / "few.cxc").read_text().splitlines() if line.startswith("open")
     ]
-    assert opened == ["few.pdb", "few.bild"]
+    assert opened == ["few_molecule.pdb", "few_dots.bild"]
     assert (
-        gemmi.read_structure(str(tmp_path / "few.pdb"))[0].count_atom_sites()
+        gemmi.read_structure(str(tmp_path / "few_molecule.pdb"))[0].count_atom_sites()
         == few.surface.origin.molecule.n_atoms
     )
-    lines = (tmp_path / "few.bild").read_text().splitlines()
+    lines = (tmp_path / "few_dots.bild").read_text().splitlines()
     assert lines[0] == ".color 0.84 0.37 0" and len(lines) == 41  # the colour once
     assert lines[1] == ".sphere {:.3f} {:.3f} {:.3f} 0.3".format(*few.points[0])
+
+
+def test_a_scene_of_chimerax_replaces_no_file_but_its_own(tmp_path):
+    molecule = sparsurf.read_molecule(PEPTIDE, residues="209-214")
+    for name in ("mine.pdb", "mine.bild", "other_molecule.pdb"):
+        sparsurf.write(molecule, tmp_path / "all.pdb")
+        (tmp_path / "all.pdb").rename(tmp_path / name)
+    before = (tmp_path / "mine.pdb").read_bytes()
+    few = sparsurf.minimal(sparsurf.read_molecule(tmp_path / "mine.pdb", residues="209-212"), n_dots=40)
+    for _ in range(2):  # its own files are replaced
+        sparsurf.write(few, tmp_path / "mine.cxc")
+    read = sparsurf.read_molecule(tmp_path / "mine_molecule.pdb")
+    assert read.n_atoms == few.surface.origin.molecule.n_atoms < molecule.n_atoms
+    (tmp_path / "other.cxc").write_text("# of the user\nopen other_molecule.pdb\n")
+    with pytest.raises(InputError, match=r"other_molecule\.pdb exists and is not a part of the scene"):
+        sparsurf.write(few, tmp_path / "other.cxc")
+    assert {(tmp_path / name).read_bytes() for name in ("mine.pdb", "mine.bild", "other_molecule.pdb")} == {
+        before
+    }
+    assert not (tmp_path / "other_dots.bild").exists()
 
 
 def test_dots_are_atoms_of_a_pdb_with_their_weight_or_field(few, tmp_path):
@@ -167,7 +187,7 @@ def test_dots_have_the_colour_of_their_kind_and_the_atoms_of_their_frame(tmp_pat
     wanted = KIND_COLOURS[dots.kind] / 255
     assert np.abs(spheres[:, 1:4].astype(float) - wanted).max() < 0.001 and len(np.unique(dots.kind)) == 3
     sparsurf.write(dots, tmp_path / "dots.cxc")
-    for text in (loaded["structure"], (tmp_path / "dots.pdb").read_text()):
+    for text in (loaded["structure"], (tmp_path / "dots_molecule.pdb").read_text()):
         atoms = [site.atom.pos.tolist() for site in gemmi.read_pdb_string(text)[0].all()]
         assert np.abs(np.array(atoms) - molecule.xyz[1]).max() < 0.001
     sparsurf.write(sparsurf.minimal(dots, n_dots=20), tmp_path / "few.pml")

@@ -574,11 +574,12 @@ def test_where_nothing_can_be_written_is_reported_before_anything_is_read(
 @pytest.mark.parametrize(
     "words",
     ["roughness over.csv -o over.csv", "roughness over.csv -o link.csv", "surface a.pdb -o ./a.pdb",
-     "surface a.pdb --trajectory over.csv -o over.csv", "recover dots.csv --at over.csv -o over.csv"],
+     "surface a.pdb --trajectory over.csv -o over.csv", "recover dots.csv --at over.csv -o over.csv",
+     "frames run_frames.csv -o run.csv", "surface x.face --mesh -o x.vert", "recover x.face --mesh -o x.vert"],
 )  # fmt: skip
 def test_nothing_is_written_over_what_is_read(tmp_path, monkeypatch, capsys, words):
     monkeypatch.chdir(tmp_path)
-    for name in ("over.csv", "a.pdb", "dots.csv"):
+    for name in ("over.csv", "a.pdb", "dots.csv", "run_frames.csv", "x.face"):
         (tmp_path / name).write_text("old")
     (tmp_path / "link.csv").symlink_to("over.csv")
     assert ended(*words.split()) == 1
