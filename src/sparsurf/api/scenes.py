@@ -13,7 +13,7 @@ import numpy as np
 
 from sparsurf import kinds
 from sparsurf.molecules.molecule import Molecule
-from sparsurf.molecules.pdb import encode_label
+from sparsurf.molecules.pdb import encode_label, pdb_b_factor, pdb_position
 from sparsurf.surfaces.formats.ply import KIND_COLOURS, viridis
 from sparsurf.surfaces.surface import Surface
 
@@ -25,7 +25,6 @@ SCENES = tuple(
 )
 SPHERE_RADIUS = 0.3  # Å, of the spheres
 KEPT = (0.84, 0.37, 0.0)  # vermillion of Okabe and Ito, of a subset and of triangles
-MIN_B, MAX_B = -99.99, 999.99  # that fit into six characters
 BEGIN_OF_CHIMERAX_SCRIPT = "# Open it from this folder: chimerax "
 PYMOL = """\
 {structure}python
@@ -160,11 +159,10 @@ def write_bild(
 def _write_dots_as_pdb(path: Path, points: np.ndarray, numbers: np.ndarray) -> None:
     """Write each dot as a HETATM in its own residue, with a number as B factor (0 with an occupancy of 0 if unknown)."""
     occupancy = np.isfinite(numbers).astype(float)
-    b = np.clip(np.where(occupancy, numbers, 0), MIN_B, MAX_B)
+    b = pdb_b_factor(np.where(occupancy, numbers, 0))
     lines = [
         f"HETATM{(k + 1) % 100_000:5d}  X   DOT X{encode_label(str(k + 1))}   "
-        + "".join(f"{x:8.3f}" for x in point)
-        + f"{occupancy[k]:6.2f}{b[k]:6.2f}           X\n"
+        f"{pdb_position(point)}{occupancy[k]:6.2f}{b[k]:6.2f}           X\n"
         for k, point in enumerate(points)
     ]
     path.write_text("".join([*lines, "END\n"]), encoding="ascii")

@@ -10,7 +10,7 @@ import numpy as np
 
 from sparsurf.errors import naming_file
 from sparsurf.files import StrPath, pluralise
-from sparsurf.molecules.pdb import write_pdb
+from sparsurf.molecules.pdb import pdb_b_factor, write_pdb
 from sparsurf.molecules.residues import split_label
 from sparsurf.molecules.selection import select_atoms
 from sparsurf.shown import Shown
@@ -137,7 +137,7 @@ class Molecule(Shown):
         b_factor : (A,) float, optional
             Numbers for the B-factor column; by default the molecule's B factors.
         """
-        b_factor = np.clip(np.nan_to_num(self.b_factor), -99.99, 999.99) if b_factor is None else b_factor
+        b_factor = pdb_b_factor(self.b_factor) if b_factor is None else b_factor
         write_pdb(path, self.xyz[frame], self, b_factor)
 
     @cached_property

@@ -58,6 +58,7 @@ PDB_NUMBER = re.compile(r" *[-+]?(\d+\.?\d*|\.\d+) *")
 IN_WORDS = re.compile(r"(ATOM|HETATM)\s+\d+(\s+\S+){2,4}(\s+[-+]?\d+\.\d+){3,}")
 # Hexadecimal as VMD writes numbers beyond 9999: 2710 follows 9999
 HEXADECIMAL = re.compile(r"[0-9a-f]{4}|[0-9A-F]{4}")
+MIN_B_FACTOR, MAX_B_FACTOR = -99.99, 999.99  # that fit into six characters
 MAX_JUMP = 1000  # of the numbers, where hexadecimal ones begin
 # Hybrid-36: A000 follows 9999, a000 follows ZZZZ.
 HYBRID_36 = re.compile(r"[A-Z][0-9A-Z]{3}|[a-z][0-9a-z]{3}")
@@ -277,11 +278,28 @@ def write_pdb(path: StrPath, xyz: np.ndarray, atoms: AtomsLike, b_factor: np.nda
         residue_name = short_names.get(atoms.residue_name[i], atoms.residue_name[i])
         residue = f"{residue_name:>3s}"
         residue += f"{chains[i]:>{5 - len(residue)}s}{encode_label(atoms.residue[i])}"
-        numbers = "".join(f"{x:8.3f}"[:8] for x in position) + f"  1.00{b_factor[i]:6.2f}"
+        numbers = f"{pdb_position(position)}  1.00{b_factor[i]:6.2f}"
         lines.append(f"{record}{(i + 1) % 100_000:5d} {name} {residue}   {numbers}          {symbol:>2.2s}\n")
         if i + 1 == len(xyz) or atoms.chain[i + 1] != atoms.chain[i]:
             lines.append("TER\n")
     Path(path).write_text("".join([*lines, "END\n"]), encoding="latin-1", errors="replace")
+
+
+def pdb_position(position: np.ndarray) -> str:
+    """Return a position (3,), Å, in the 24 columns of a PDB file; a large number has two decimals in place of three."""
+    columns = [f"{x:8.3f}"[:8] for x in position]
+    if any(column[-3] != "." and column[-4] != "." for column in columns):
+        x, y, z = position
+        raise InputError(
+            f"the position ({x:.3f}, {y:.3f}, {z:.3f}) Å does not fit into a PDB file, which holds -9999.99 to 99999.99 Å: move "
+            "the atoms to the origin, or write another format."
+        )
+    return "".join(columns)
+
+
+def pdb_b_factor(values: np.ndarray) -> np.ndarray:
+    """Return numbers as the nearest ones that fit into the B factors of a PDB file, 0 for NaN."""
+    return np.clip(np.nan_to_num(values), MIN_B_FACTOR, MAX_B_FACTOR)
 
 
 def _short_residue_names(residue_name: np.ndarray, width: int) -> dict[str, str]:

@@ -177,6 +177,26 @@ def test_dots_are_atoms_of_a_pdb_with_their_weight_or_field(few, tmp_path):
     )  # viridis
 
 
+@pytest.mark.parametrize("shift", [-1500, 20_000])
+def test_positions_far_from_the_origin_stay_in_their_columns(tmp_path, shift):
+    molecule = sparsurf.read_molecule(PEPTIDE, residues="209-212")
+    far = replace(molecule, xyz=molecule.xyz + shift)
+    dots = Surface(*(array[:50] for array in (sparsurf.surface(far).points, sparsurf.surface(far).normals)))
+    for result, points in ((dots, dots.points), (far, far.xyz[0])):
+        sparsurf.write(result, tmp_path / "far.pdb")
+        atoms = [site.atom.pos.tolist() for site in gemmi.read_structure(str(tmp_path / "far.pdb"))[0].all()]
+        assert np.abs(np.array(atoms) - points).max() <= 0.01
+    for result in (
+        replace(dots, points=dots.points - 12_000 - shift),
+        replace(far, xyz=molecule.xyz - 12_000),
+    ):
+        with pytest.raises(
+            InputError, match=r"does not fit into a PDB file, which holds -9999\.99 to 99999\.99"
+        ):
+            sparsurf.write(result, tmp_path / "farther.pdb")
+    assert not (tmp_path / "farther.pdb").exists()
+
+
 def test_dots_have_the_colour_of_their_kind_and_the_atoms_of_their_frame(tmp_path):
     data = PEPTIDE.parent
     molecule = sparsurf.read_molecule(PEPTIDE, data / "trajectory.xtc", residues="209-212", stride=700)
