@@ -266,7 +266,7 @@ def mesh(
             raise InputError(
                 "mesh: cavities applies to a molecule, or to all dots that surface() placed; remove it, or give the molecule."
             )
-        return _mesh_of_dots(as_dots(source), size, names)
+        return mesh_of_dots(as_dots(source), size, names)
     atoms, frame, atom_radii = as_spheres(source, 0, "dms")
     molecule = atoms if isinstance(atoms, Molecule) else None
     rules = Placement(cavities=cavities or "remove")
@@ -298,11 +298,17 @@ def placement_of(rules: Rules) -> Placement:
     return Placement(rules.probe_radius, rules.density, rules.radii, rules.cavities, rules.reentrant)
 
 
-def _mesh_of_dots(few: Surface, size: MeshSize, names: Sequence[FieldLike]) -> Mesh:
+def mesh_of_dots(
+    few: Surface,
+    size: MeshSize,
+    names: Sequence[FieldLike] = (),
+    model: str = "auto",
+    reach: float | None = None,
+) -> Mesh:
     """Return the mesh recovered from few dots; each vertex has the atom of the nearest of them, and interpolated fields."""
     from sparsurf.sampling.samplers import nearest_kept
 
-    made, dense = reconstructed_mesh(few, size)
+    made, dense = _reconstructed_mesh(few, size, model, reach)
     vertices = made.vertices
     all_points = np.concatenate([few.points, vertices.points])
     nearest = nearest_kept(all_points, np.arange(len(few)))[0][len(few) :]
@@ -312,8 +318,8 @@ def _mesh_of_dots(few: Surface, size: MeshSize, names: Sequence[FieldLike]) -> M
     return _with_fields_of(few, replace(made, vertices=vertices))
 
 
-def reconstructed_mesh(
-    few: Surface, size: MeshSize, model: str = "auto", reach: float | None = None
+def _reconstructed_mesh(
+    few: Surface, size: MeshSize, model: str, reach: float | None
 ) -> tuple[Mesh, Surface]:
     """Return the mesh reconstructed from few dots, without atoms and fields, and the dense dots between which it lies."""
     from sparsurf.recovery.mesh import mesh_of_dense

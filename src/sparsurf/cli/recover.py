@@ -10,7 +10,7 @@ import pandas as pd
 from sparsurf.api import writing
 from sparsurf.api.minimal import REACHES, recover_with_share
 from sparsurf.api.patches import describe_points
-from sparsurf.api.surfaces import mesh_size, reconstructed_mesh
+from sparsurf.api.surfaces import mesh_of_dots, mesh_size
 from sparsurf.arguments import DENSITY_LIMITS as DENSITIES
 from sparsurf.arguments import INTERPOLANT, MODELS
 from sparsurf.cli import options, outputs
@@ -121,7 +121,7 @@ def run(args: argparse.Namespace) -> None:
 def _mesh(args: argparse.Namespace, few: Surface) -> writing.DotsToWrite:
     """Return the triangles of the reconstructed surface."""
     size = mesh_size(args.n_vertices, args.density, args.step)
-    made, _ = reconstructed_mesh(few, size, args.model, args.reach)
+    made = mesh_of_dots(few, size, model=args.model, reach=args.reach)
     return replace(writing.mesh_dots(made), coloured=args.colours)
 
 

@@ -11,7 +11,7 @@ import sparsurf
 from conftest import sphere
 from peptides import atom_line, peptide, two_models, write
 from small_study import unpacked
-from sparsurf.api.surfaces import mesh_size, reconstructed_mesh
+from sparsurf.api.surfaces import mesh_of_dots, mesh_size
 from sparsurf.cli import command, msms
 from sparsurf.surfaces.spheres import write_spheres
 
@@ -114,8 +114,10 @@ def folder(tmp_path_factory):
         for k, at in enumerate(sphere(80)[0])
     ]
     write(place / "cage.pdb", "".join(cage) + "END\n")
-    sparsurf.write(sparsurf.minimal(place / "two.pdb", percent=10), place / "few.csv")
-    sparsurf.write(sparsurf.minimal(place / "two.pdb"), place / "touched.csv")
+    for name, size in (("few.csv", {"percent": 10}), ("touched.csv", {})):
+        few = sparsurf.minimal(place / "two.pdb", **size)
+        height = {"height": few.points[:, 2].round(1)}  # a field, which is interpolated
+        sparsurf.write(replace(few, surface=replace(few.surface, fields=height)), place / name)
     return place
 
 
@@ -215,14 +217,14 @@ def minimal(file, keys, out):
 
 def recover(file, keys, out):
     if "reach" in keys and "mesh" in keys:  # for which `mesh` has no argument
-        made, _ = reconstructed_mesh(sparsurf.read_surface(file), mesh_size(), "auto", keys["reach"])
+        made = mesh_of_dots(sparsurf.read_surface(file), mesh_size(), reach=keys["reach"])
         sparsurf.write(made, out / "own.ply")
         return read(out / "own.ply")
     if "mesh" in keys:
         return mesh_of(file, keys, out)
     dense = sparsurf.recover(file, **some(keys, "density", "reach", "model"))
     if "at" not in keys:
-        return dense.to_frame()[["x", "y", "z", "nx", "ny", "nz"]]
+        return dense.to_frame()[["x", "y", "z", "nx", "ny", "nz", "height"]]
     points = pd.read_csv(keys["at"])[["x", "y", "z"]].to_numpy()
     return pd.DataFrame(sparsurf.descriptors(dense, points)).set_axis(
         [f"z_{n}_{m}" for n in range(21) for m in range(n % 2, n + 1, 2)], axis=1
