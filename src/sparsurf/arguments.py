@@ -143,6 +143,14 @@ def checked_result(
     return array
 
 
+def split_names(text: str, name: str, example: str) -> list[str]:
+    """Return the names in a list with commas, without blanks around them; raise InputError if there are none."""
+    names = [part.strip() for part in text.split(",") if part.strip()]
+    if not names:
+        raise InputError(f"{argument(name)} contains no name; give names such as {example}, or leave it out.")
+    return names
+
+
 def index_array(values: Any, n_dots: int, name: str) -> np.ndarray:
     """Return the user's values as one array: of whole numbers if empty, of dots if they are a mask of all `n_dots`.
 

@@ -62,11 +62,15 @@ class StoreOnce(argparse.Action):
 
     def __call__(self, parser: Any, namespace: Any, values: Any, option_string: str | None = None) -> None:
         """Store the value, unless this option had one."""
+        self.store(parser, namespace, self.dest, values, option_string)
+
+    def store(self, parser: Any, namespace: Any, name: str, value: Any, option_string: str | None) -> None:
+        """Store a value under a name, unless this option gave that name one."""
         given = vars(namespace).setdefault("given", set())
-        if option_string and self.dest in given:
+        if option_string and name in given:
             parser.error(f"{option_string} is given twice; give it once")
-        given.add(self.dest)
-        setattr(namespace, self.dest, values)
+        given.add(name)
+        setattr(namespace, name, value)
 
 
 class Parser(argparse.ArgumentParser):
@@ -91,11 +95,19 @@ class Parser(argparse.ArgumentParser):
             options = [word.split("=")[0] for word in self.words if word.startswith("--")]
             unknown = [word for word in options if not any(name.startswith(word) for name in names)]
             if unknown:  # a misspelt option is told first: it may be the one that is missing
-                message = f"unrecognized arguments: {unknown[0]}"
+                self.refuse_unknown(unknown[:1])
         if choice := re.search(r"invalid choice: '(.*)' \(choose from (.*)\)$", message):
             hint = did_you_mean(choice[1], re.findall(r"[\w.-]+", choice[2]))
-        elif option := re.search(r"^unrecognized arguments: (?:.*? )??(-[^\s=]*)", message):
-            hint = did_you_mean(option[1], ["--quiet", *self._option_string_actions])
+        self._exit_with(message, hint)
+
+    def refuse_unknown(self, words: Sequence[str], advice: str = "") -> NoReturn:
+        """Exit with the words that nothing is known about, and the option that the user may have meant by one of them."""
+        option = next((word.split("=")[0] for word in words if word.startswith("-")), None)
+        hint = did_you_mean(option, ["--quiet", *self._option_string_actions]) if option else ""
+        self._exit_with(f"unrecognized arguments: {' '.join(words)}{advice}", hint)
+
+    def _exit_with(self, message: str, hint: str) -> NoReturn:
+        """Exit with one sentence."""
         self.exit(NOT_UNDERSTOOD, f"{self.prog}: {message}{hint or '.'} See {self.prog} --help.\n")
 
 
@@ -132,7 +144,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         hint = f" ({advice})" if several else ""
         if command == "frames" and "--frame" in unparsed:
             hint = " (frames measures all frames; residues --frame measures one)"
-        (options or parser).error(f"unrecognized arguments: {' '.join(unparsed)}{hint}")
+        (options or parser).refuse_unknown(unparsed, hint)
     args.words = arguments  # which a page names as its command
     progress.enabled = not args.quiet
     try:

@@ -2,6 +2,7 @@
 
 import argparse
 import math
+import re
 import shlex
 import sys
 from collections.abc import Callable, Container, Iterator, Sequence
@@ -26,7 +27,9 @@ from sparsurf.arguments import (
     SEED,
     STEP_LIMITS,
     Limits,
+    split_names,
 )
+from sparsurf.cli.command import StoreOnce
 from sparsurf.errors import InputError, naming_file
 from sparsurf.molecules.formats import FILE_OF_DOTS, MOLECULE_FORMATS, title
 from sparsurf.molecules.molecule import Molecule
@@ -88,14 +91,14 @@ def add_output(parser: argparse.ArgumentParser, formats: Sequence[str]) -> None:
     parser.add_argument("-o", "--output", required=True, metavar="OUT", help=help_text)
 
 
-class ModelOrNumber(argparse.Action):
+class ModelOrNumber(StoreOnce):
     """Take `--model` as how a surface is reconstructed, if it names that, and else as the number of a model of the file."""
 
     def __call__(self, parser: Any, namespace: Any, values: Any, option_string: Any = None) -> None:
         if values in MODELS:
-            namespace.reconstruction = values
-        elif values.lstrip("-").isdecimal():
-            namespace.model = int(values)
+            self.store(parser, namespace, "reconstruction", values, option_string)
+        elif re.fullmatch(r"-?\d+", values, re.ASCII):
+            self.store(parser, namespace, "model", int(values), option_string)
         else:
             message = (
                 f"{values!r} is neither the number of a model of the file nor one of {', '.join(MODELS)}"
@@ -280,10 +283,7 @@ def requested_atoms(args: argparse.Namespace, molecule: Molecule) -> np.ndarray:
 
 def names_of_requested_fields(args: argparse.Namespace) -> list[str]:
     """Return the names of the requested fields."""
-    names = [name.strip() for name in (args.fields or "").split(",") if name.strip()]
-    if args.fields is not None and not names:
-        raise InputError("--fields contains no name; give names such as hydropathy, or leave the option out.")
-    return names
+    return [] if args.fields is None else split_names(args.fields, "fields", "hydropathy")
 
 
 def with_requested_fields(args: argparse.Namespace, surface: Surface, molecule: Molecule | None) -> Surface:
@@ -317,7 +317,7 @@ def read_atoms(args: argparse.Namespace, stride: int | None = None) -> Molecule:
     """
     keys = {key: getattr(args, key) for key in ATOM_OPTIONS}
     keys["assembly"] = bool(keys["assembly"])
-    keys["ligands"] = keys["ligands"].split(",") if keys["ligands"] else False
+    keys["ligands"] = False if keys["ligands"] is None else keys["ligands"]
     with heard(args.file) as args.heard:
         molecule = read_molecule(source_of(args), args.trajectory, stride=stride or 1, **keys)
     if stride is not None:

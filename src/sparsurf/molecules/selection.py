@@ -11,6 +11,7 @@ from typing import NamedTuple, TypedDict, cast
 
 import numpy as np
 
+from sparsurf.arguments import split_names
 from sparsurf.errors import FILE, InputError, argument
 from sparsurf.files import shorten
 from sparsurf.molecules.atoms import AtomsLike
@@ -277,7 +278,9 @@ def _in_ligands(molecule: AtomsLike, ligands: bool | str | Sequence[str]) -> np.
     if ligands is True:
         atoms_of_residue = np.bincount(molecule.residue_index)[molecule.residue_index]
         return (molecule.kind == "other") & (atoms_of_residue > 1)
-    names = [name.strip() for name in _as_list(ligands, "ligands", "HEM,ZN")] if _asked_for(ligands) else []
+    names = []
+    if isinstance(ligands, str) or _asked_for(ligands):
+        names = split_names(",".join(_as_list(ligands, "ligands", "HEM,ZN")), "ligands", "HEM,ZN")
     absent = [name for name in names if name not in molecule.residue_name]
     if absent:
         present = set(molecule.residue_name[~np.isin(molecule.kind, POLYMERS)].tolist())

@@ -259,7 +259,7 @@ def test_several_ligands_are_taken_with_the_protein(tmp_path):
         for k, (name, residue, y) in enumerate(atoms, 1)
     )
     (tmp_path / "holo.pdb").write_text(text + "END\n")
-    assert ended("surface", tmp_path / "holo.pdb", "--ligands", "LIG,OTH", "-o", tmp_path / "x.csv") == 0
+    assert ended("surface", tmp_path / "holo.pdb", "--ligands", "LIG, OTH,", "-o", tmp_path / "x.csv") == 0
     assert {*pd.read_csv(tmp_path / "x.csv")["residue_name"]} == {"ALA", "LIG", "OTH"}
 
 
@@ -511,6 +511,11 @@ MISTAKES = [  # one of each kind: the command, its exit code, and what its sente
     ("show frames.csv -o x.html", 1, "frames.csv holds the dots of 2 frames"),
     ("residues dots.csv -o x.csv", 1, "dots.csv holds dots, which have no residues"),
     ("surface protein.pdb --fields , -o x.csv", 1, "--fields contains no name"),
+    ("surface protein.pdb --ligands= -o x.csv", 1, "--ligands contains no name"),
+    ("minimal protein.pdb --model=--3 -o x.csv", 2, "'--3' is neither the number of a model of the file nor one of"),
+    ("minimal protein.pdb --model=\N{SUPERSCRIPT TWO} -o x.csv", 2, "is neither the number of a model"),
+    ("minimal protein.pdb --model 7 --model 5 -o x.csv", 2, "--model is given twice; give it once"),
+    ("surface protein.pdb b.pdb -o x.csv", 2, "a study takes a folder). See sparsurf surface --help."),
     ("surface protein.pdb --fields potential -o x.dms", 1, "--fields: .dms"),
     ("surface protein.pdb --mesh --fields hydropath -o x.ply", 1, "no field 'hydropath'; did you mean 'hydropathy'"),
     ("frames protein.pdb --fields rougness -o x.csv", 1, "always has the column mean_roughness; leave 'rougness' out"),
