@@ -102,7 +102,7 @@ def _smallest_for_z(z: float, trials: Trials) -> np.ndarray:
 
 
 def _fewest(trials: Trials, limit: float) -> int:
-    """Find the smallest n_S with a Z of at most `limit`, by bisection below the first of `PERCENTS` that is enough."""
+    """Find the smallest n_S with a Z of at most `limit`, by bisection below the first of `SEARCHED_PERCENTS` that is enough."""
     sizes = np.round(np.array(SEARCHED_PERCENTS) / 100 * trials.n_dots).astype(int)
     too_few = 0
     for sufficient in (

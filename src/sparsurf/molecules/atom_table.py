@@ -230,7 +230,7 @@ def gather_residues(atoms: AtomTable) -> AtomTable:
 
 
 def _starts(atoms: AtomTable) -> np.ndarray:
-    """Return the rows where runs of lines of one residue begin; a first atom that recurs beyond MAX_BOND begins another.
+    """Return the rows where runs of lines of one residue begin; a first atom that recurs beyond MAX_RESIDUE_BOND begins another.
 
     A run ends where a column of OF_RESIDUE changes, or the name. A change of the name between alternate locations does not count.
     """

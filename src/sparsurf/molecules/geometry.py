@@ -450,7 +450,7 @@ def _checks_of_shared_places(molecule: Molecule) -> Iterator[AtomCheck]:
 
 
 def refuse_invalid_coordinates(xyz: np.ndarray, number: np.ndarray) -> None:
-    """Raise InputError if coordinates (F, A, 3), Å, of frames numbered (F,) are NaN, beyond MAX_COORDINATE, or all the same."""
+    """Raise InputError if coordinates (F, A, 3), Å, of frames `number` (F,) are NaN, beyond MAX_ATOM_COORDINATE, or all equal."""
     bad = ~(np.abs(xyz) < MAX_ATOM_COORDINATE).all(axis=(1, 2))  # nan too
     if bad.any():
         raise InputError(
@@ -486,7 +486,7 @@ def widest_gap(xyz: np.ndarray) -> tuple[float, int]:
 def _bonds(molecule: Molecule, links: np.ndarray, linked: np.ndarray) -> tuple[np.ndarray, float]:
     """Find the bonds of the first frame, and the share of atoms or peptide bonds that are bonded, whichever is lower.
 
-    A bond (L, 2) joins heavy atoms of a residue closer than MAX_BOND, or is one of the `links` (P, 2) between residues
+    A bond (L, 2) joins heavy atoms of a residue closer than MAX_PLAUSIBLE_BOND, or is one of the `links` (P, 2) between residues
     that are `linked` (P,).
     """
     pairs, length, nearest = _pairs_in_residues(molecule, np.arange(molecule.n_atoms))

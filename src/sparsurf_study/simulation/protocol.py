@@ -94,7 +94,7 @@ def n_time_steps(stage: str, settings: dict[str, Any]) -> int:
 
 
 def parameters(stage: str, settings: dict[str, Any], seed: int) -> str:
-    """Return the GROMACS parameter file (mdp) of one of `STAGES`; `settings` as `DEFAULTS`, in Å, ns, ps, fs, K and bar."""
+    """Return the GROMACS parameter file (mdp) of one of `STAGES`; settings as `GROMACS_DEFAULTS`, Å, ns, ps, fs, K and bar."""
     common = ALL_STAGES.format(cutoff=settings["cutoff"] / 10)  # nm
     if stage == "minimise":
         return MINIMISE + common

@@ -79,7 +79,7 @@ def page(
     first: str = "",
     origin: Sequence[tuple[str, str]] = (),
 ) -> str:
-    """Render the page, with everything in one file of at most MAX_BYTES.
+    """Render the page, with everything in one file of at most MAX_VIEWER_BYTES.
 
     `orders` hold dots in the order in which nested samplers choose them; if a
     surface is too large for a page, the first dots of the first sampler are shown. Without `grid` (the rows of a grid.csv)
@@ -131,7 +131,7 @@ def around_dots(
     turn: np.ndarray | None = None,
     minimal_is: str = "the subset minimal.csv",
 ) -> str:
-    """Return the page that `fill` makes around the packed dots, of at most MAX_BYTES; the rest is as of `page`.
+    """Return the page that `fill` makes around the packed dots, of at most MAX_VIEWER_BYTES; the rest is as of `page`.
 
     The page needs `style`, `main` and `script`, and the packed dots as `PACKED`. `minimal_is` names the dots of `minimal`.
     """

@@ -125,7 +125,7 @@ def _tops_differ(drawn_axes: Sequence[Axes]) -> bool:
 def _curve(
     ax: Axes, edges: np.ndarray, chosen: dict[int, np.ndarray], z: np.ndarray, label: str, colour: str
 ) -> np.ndarray:
-    """Draw the median of each bin with at least `MIN_VALUES` values, and a band from the first to the third quartile.
+    """Draw the median of each bin with at least `MIN_PATCHES_OF_BIN` values, and a band from the first to the third quartile.
 
     Return the drawn points of the medians and of the ends of the band, (3, n, 2).
     """

@@ -2,9 +2,7 @@
 
 from pathlib import Path
 
-SCENE_SCRIPTS = ("open.pml", "open.cxc", "open_pair.pml", "open_pair.cxc")
-
 
 def script_text(name: str) -> str:
-    """Return the text of one of `SCRIPTS`."""
+    """Return the text of one of the scripts in this folder."""
     return Path(__file__).with_name(name).read_text(encoding="utf-8")
