@@ -135,8 +135,8 @@ class Protein(Section):
         "Ranges of residues to use, both ends included, such as A:10-52A,-5-3: chain A, from 10 to 52A and from -5 to 3."
     )
     model: Integer = optional(
-        "Number of the model to use, from 1, of a structure with several models; by default, all models are used as frames.",
-        ge=1,
+        "Number of the model to use, as written in the file, of a structure with several models; by default, all models are used "
+        "as frames."
     )
     assembly: bool = optional(
         "true if the models of the file are parts of one molecule, as in files of biological assemblies; false by default."

@@ -592,5 +592,6 @@ def test_structures_come_by_id_from_a_folder_where_it_is_named(tmp_path, monkeyp
 def test_a_local_surface_in_place_of_a_structure_may_be_packed_or_in_capitals(tmp_path, monkeypatch, name):
     (tmp_path / name).write_text("")
     monkeypatch.setenv("SPARSURF_A", str(tmp_path / name))
+    assert check_config({"proteins": {"a": {"pdb": "1abc", "model": 0}}})["proteins"]["a"]["model"] == 0
     found = check_config({"proteins": {"a": {"pdb": "1abc", "model": 1}}})["proteins"]
     assert found == {"a": {"surface": str(tmp_path / name)}}
