@@ -3,7 +3,7 @@
 import difflib
 from collections.abc import Callable, Iterable
 from functools import wraps
-from inspect import signature
+from inspect import Parameter, signature
 from typing import Any, TypeVar, cast
 
 from sparsurf.errors import InputError
@@ -26,7 +26,10 @@ def public(of_dots: bool = False) -> Callable[[F], F]:
     """Let a function for users name the right keyword in place of a wrong one; `of_dots` if it takes what `surface` returns."""
 
     def decorate(function: F) -> F:
-        names = list(signature(function).parameters)
+        parameters = signature(function).parameters
+        names = list(parameters)
+        n_by_position = sum(one.kind is not Parameter.KEYWORD_ONLY for one in parameters.values())
+        required = [name for name, one in parameters.items() if one.default is Parameter.empty]
 
         @wraps(function)
         def checked(*values: Any, **keywords: Any) -> Any:
@@ -40,6 +43,17 @@ def public(of_dots: bool = False) -> Callable[[F], F]:
                     )
                 hint = did_you_mean(key, names) or f"; its keywords are {', '.join(names)}."
                 raise InputError(f"{function.__name__} has no keyword {key!r}{hint}")
+            if len(values) > n_by_position:
+                raise InputError(
+                    f"{function.__name__} takes only {', '.join(names[:n_by_position])} without a name, and here "
+                    f"{len(values)} values have none; name the others, as in {names[min(n_by_position, len(names) - 1)]}=..."
+                )
+            if twice := [name for name in names[: len(values)] if name in keywords]:
+                raise InputError(f"{function.__name__}: {twice[0]} is given twice; give it once.")
+            if missing := [name for name in required if name not in (*names[: len(values)], *keywords)]:
+                raise InputError(
+                    f"{function.__name__} needs {missing[0]}; its arguments are {', '.join(names)}."
+                )
             return function(*values, **keywords)
 
         return cast(F, checked)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
-from sparsurf.api.inputs import as_dots
+from sparsurf.api.inputs import DotsLike, as_dots
 from sparsurf.arguments import LENGTH, PROBE, PROBE_RADIUS
 from sparsurf.errors import InputError
 from sparsurf.recovery.spheres.atoms import Atoms, infer
@@ -24,8 +24,8 @@ AUTO_PROBE = "auto"
 
 @public()
 def infer_atoms(
-    points: ArrayLike,
-    normals: ArrayLike,
+    points: DotsLike | ArrayLike,
+    normals: ArrayLike | None = None,
     *,
     probe_radius: float | str | None = PROBE_RADIUS,
     radii: str | Sequence[float] | None = "dms",
@@ -39,10 +39,10 @@ def infer_atoms(
 
     Parameters
     ----------
-    points : (n, 3) array
-        Dots of the surface, Å. About a third of a dot for each Å^2 finds nearly all exposed atoms.
-    normals : (n, 3) array
-        Outward unit normals of the dots.
+    points : path of a file of dots, Surface, Points, Subset, pair (points, normals), or (n, 3) array
+        Dots of the surface, or their positions, Å. About a third of a dot for each Å^2 finds nearly all exposed atoms.
+    normals : (n, 3) array, optional
+        Outward unit normals of the dots, which an array of positions needs.
     probe_radius : float, 'auto' or None
         Radius of the probe with which the surface was made, Å (default 1.4); 'auto' or None lets the dots vote for it.
     radii : {'dms', 'bondi', 'auto'}, sequence of float, or None
@@ -69,14 +69,15 @@ def infer_atoms(
     >>> import sparsurf
     >>> dots = sparsurf.surface("data/tdp43/topology.pdb")
     >>> few = dots[sparsurf.sample(dots, n_dots=1500)]
-    >>> atoms = sparsurf.infer_atoms(few.points, few.normals)
+    >>> atoms = sparsurf.infer_atoms(few)
     >>> from scipy.spatial import cKDTree
     >>> distance = cKDTree(dots.molecule.xyz[0]).query(atoms.centres)[0]
     >>> bool((distance < 0.001).mean() > 0.8)
     True
     """
-    dots = as_dots((points, normals))
-    probe = None if probe_radius in (None, AUTO_PROBE) else PROBE.check(probe_radius, "probe_radius")
+    dots = as_dots(cast("DotsLike", points if normals is None else (points, normals)))
+    told = None if probe_radius is None else PROBE.check(probe_radius, "probe_radius", AUTO_PROBE)
+    probe = None if told == AUTO_PROBE else told
     table = _radii(radii)
     if probe is not None and table is not None:
         model = known_model(dots.points, dots.normals, probe, table)
@@ -103,8 +104,9 @@ def _radii(radii: object) -> str | np.ndarray | None:
                 f"radii is {radii!r}; it must be one of {', '.join(RADII)}, 'auto', or a list of radii in Å."
             )
         return None if radii == AUTO_PROBE else cast("str | None", radii)
-    if not isinstance(radii, Sequence | np.ndarray) or len(radii) == 0:
+    is_list = radii.ndim == 1 if isinstance(radii, np.ndarray) else isinstance(radii, Sequence)
+    if not is_list or len(cast("Sequence", radii)) == 0:
         raise InputError(
             f"radii is {radii!r}; it must be one of {', '.join(RADII)}, 'auto', or a list of radii in Å."
         )
-    return np.array([LENGTH.check(radius, "radii") for radius in radii])
+    return np.array([LENGTH.check(radius, "radii") for radius in cast("Sequence", radii)])

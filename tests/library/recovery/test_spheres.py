@@ -88,6 +88,11 @@ def test_exact_dots_give_exact_atoms():
     exposed = np.unique(dots.atom)
     found = cKDTree(atoms.centres).query(centres[exposed])[0] < 1e-3
     assert found.mean() > 0.8
+    for given in (few, (few.points, few.normals)):
+        same = sparsurf.infer_atoms(given)
+        assert (
+            same.centres.tobytes() == atoms.centres.tobytes() and same.radii.tolist() == atoms.radii.tolist()
+        )
     untold = sparsurf.infer_atoms(few.points, few.normals, probe_radius="auto", radii=None)
     assert np.array_equal(untold.centres, atoms.centres)
     listed = sparsurf.infer_atoms(few.points, few.normals, radii=[1.4, 1.5, 1.85, 1.9])
@@ -208,6 +213,11 @@ def test_the_models_of_recover():
 def test_infer_atoms_names_the_wrong_argument(wrong):
     with pytest.raises(InputError, match=next(iter(wrong))):
         sparsurf.infer_atoms(*ball(200, 5), **wrong)
+
+
+def test_infer_atoms_needs_normals():
+    with pytest.raises(InputError, match=r"the pair \(points, normals\)"):
+        sparsurf.infer_atoms(ball(200, 5)[0])
 
 
 def test_infer_atoms_says_why_dots_tell_nothing():
