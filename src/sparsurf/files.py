@@ -64,9 +64,9 @@ def shorten(text: object) -> str:
     return f"{text[:100]}...{text[-60:]} ({len(text)} characters)"
 
 
-def pluralise(number: int, noun: str, verb: str = "") -> str:
-    """Return a number with its noun, and a verb: '1 residue lacks', '2 residues lack'."""
-    counted = f"{number} {noun}{'' if number == 1 else 's'}"
+def pluralise(number: int, noun: str, verb: str = "", separator: str = "") -> str:
+    """Return a number with its noun, and a verb: '1 residue lacks', '2 residues lack'; a separator parts thousands."""
+    counted = f"{number:{separator}} {noun}{'' if number == 1 else 's'}"
     several = {"is": "are", "has": "have", "": ""}.get(verb) or verb.removesuffix("s")
     return f"{counted} {verb if number == 1 else several}".rstrip()
 
@@ -117,7 +117,7 @@ def _unreadable(path: Path, error: OSError | ValueError) -> InputError:
 
 
 def read_bytes(path: str | os.PathLike[str]) -> bytes:
-    """Return the bytes of a file of at most MAX_BYTES, uncompressed if its name ends in .gz."""
+    """Return the bytes of a file of at most MAX_UNPACKED_BYTES, uncompressed if its name ends in .gz."""
     return content_of(existing_file(path))
 
 

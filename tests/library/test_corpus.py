@@ -464,6 +464,9 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
     "no-end of two chains.pdb": (
         SEQUENCE + SEQUENCE.replace("A    9", "B    6").replace(" ALA\n", "\n", 1) + peptide()
         + peptide(["ALA"] * 2, "B", origin=(0, 30, 0)), {}, "! 6 of the 17 residues"),
+    "hydrogens-only.pdb": (
+        "".join(atom_line("HA", residue=str(i), place=(3.8 * i, 0, 0), element="H") for i in range(1, 6)), {},
+        "! only hydrogens"),
     "ca-only.pdb": ("".join(line + "\n" for line in GOOD.split("\n") if " CA " in line), {}, "! 20 % of the heavy atoms"),
     "backbone.pdb": (
         "".join(line + "\n" for line in peptide(["LEU"] * 4).split("\n") if line and " CB " not in line), {},

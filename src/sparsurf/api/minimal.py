@@ -173,7 +173,8 @@ def represented(
         error_99 = DISTANCE.check(error_99, "error_99")
         if request and "error" not in request:
             raise InputError(
-                f"minimal: error_99 belongs to an error; leave out {next(iter(request))} or error_99."
+                f"minimal: {argument('error_99')} belongs to an error; leave out {argument(next(iter(request)))} or "
+                f"{argument('error_99')}."
             )
     wanted = Minimal(**request).model_copy(update={"sampler": sampler, "model": model, "error_99": error_99})
     settings = Settings(patches=PatchesSettings(d_link=d_link)).model_copy(update={"minimal": wanted})

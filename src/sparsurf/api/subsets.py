@@ -28,6 +28,7 @@ from sparsurf.evaluation.minimal_subset import Subset
 from sparsurf.evaluation.prepared_surface import PreparedSurface, number_of_tests
 from sparsurf.evaluation.statistics import mean_and_error, reference_values
 from sparsurf.evaluation.subset_search import draw_subset, find_subset
+from sparsurf.files import pluralise
 from sparsurf.patches.descriptors import PUBLISHED, DescriptorLike
 from sparsurf.patches.index import D_LINK, R_PATCH, R_ZERNIKE
 from sparsurf.patches.readings import ReadingLike, reading_of
@@ -215,8 +216,8 @@ def warn_of_gaps(name: str, prepared: PreparedSurface, kept: np.ndarray) -> None
     far = np.quantile(kept_out(distances, kept), TAIL_QUANTILE)
     if far > MAX_SUBSET_GAP:
         log.warning(
-            "%s: %d dots are too few to reconstruct the surface: 1 %% of it deviates by %.1f Å or more; "
-            "keep more", name, len(kept), far,
+            "%s: %s too few to reconstruct the surface: 1 %% of it deviates by %.1f Å or more; "
+            "keep more", name, pluralise(len(kept), "dot", "is"), far,
         )  # fmt: skip
 
 

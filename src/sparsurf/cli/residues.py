@@ -8,6 +8,7 @@ from sparsurf.api import writing
 from sparsurf.arguments import D_LINK
 from sparsurf.cli import options, outputs
 from sparsurf.errors import InputError
+from sparsurf.files import pluralise
 
 FORMATS = (*writing.TABLE_FORMATS, *writing.PAGE_FORMATS)
 EXAMPLES = """\
@@ -51,4 +52,4 @@ def run(args: argparse.Namespace) -> None:
     if args.residues is not None:
         table = table.iloc[np.unique(molecule.residue_index[options.requested_atoms(args, molecule)])]
     writing.write_table(args.output, table, about=options.about(args), surface=surface)
-    outputs.report(args, f"{len(table):,} residues, {table['area'].sum():,.0f} Å^2")
+    outputs.report(args, f"{pluralise(len(table), 'residue', separator=',')}, {table['area'].sum():,.0f} Å^2")

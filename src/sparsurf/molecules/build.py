@@ -442,10 +442,10 @@ def select_complete(everything: Everything, keys: SelectionKeys, file: AtomFile)
     present, expected = count_heavy_atoms(*columns, touched.xyz[0])
     share = present.sum() / max(expected.sum(), 1)
     if (expected > 0).sum() >= MIN_RESIDUES_TO_JUDGE and share < MIN_HEAVY_ATOM_SHARE:
-        raise InputError(
-            f"{FILE} has {100 * share:.0f} % of the heavy atoms of its residues (C-alpha atoms or a backbone only): "
-            "give a structure with all atoms."
-        )
+        lacking = "has no heavy atoms in its residues, only hydrogens"
+        if touched.heavy.any():
+            lacking = f"has {100 * share:.0f} % of the heavy atoms of its residues (C-alpha atoms or a backbone only)"
+        raise InputError(f"{FILE} {lacking}: give a structure with all atoms.")
     first = np.unique(touched.residue_index, return_index=True)[1]
     protein = touched.residue_name[first][touched.kind[first] == "protein"]
     if len(protein) >= MIN_RESIDUES_OF_MODEL and (protein == "GLY").all():

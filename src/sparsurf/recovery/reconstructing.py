@@ -10,6 +10,7 @@ import numpy as np
 
 from sparsurf.arguments import AUTO, INTERPOLANT, SPHERES
 from sparsurf.errors import InputError
+from sparsurf.files import pluralise
 from sparsurf.recovery.errors import DENSITY_FOR_ERRORS, distance_to_surface
 from sparsurf.recovery.recovering import MIN_INTERPOLATED, NEWTON_STEPS, REACH, interpolate_surface
 from sparsurf.recovery.spheres.rebuilding import rebuild_at
@@ -52,8 +53,8 @@ def reconstruct_at(
     origin = few.reconstruction
     if len(few) < MIN_INTERPOLATED:
         log.warning(
-            "recover: a surface is reconstructed from at least %d dots; the result is the %d dots that were given",
-            MIN_INTERPOLATED, len(few),
+            "recover: a surface is reconstructed from at least %d dots; %s given, and the result has no others",
+            MIN_INTERPOLATED, pluralise(len(few), "dot", "is"),
         )  # fmt: skip
     if model == INTERPOLANT or (model == AUTO and origin is not None and origin.model == INTERPOLANT):
         dots = few.points, few.normals

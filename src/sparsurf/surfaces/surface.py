@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from sparsurf.arguments import MODELS, PROBE, PROBE_RADIUS, RADII_TABLES
+from sparsurf.arguments import MODELS, PROBE, PROBE_RADIUS, RADII_TABLES, index_array
 from sparsurf.errors import FILE, InputError, argument, naming_file
-from sparsurf.files import shorten
+from sparsurf.files import pluralise, shorten
 from sparsurf.shown import Shown
 from sparsurf.surfaces.plausibility import MIN_DOTS_TO_JUDGE, areas_are_known, check_plausibility
 
@@ -196,7 +196,7 @@ class Surface(Shown):
     kind : (N,) int8, 0 contact, 1 saddle, 2 concave; -1 where unknown
     atom : (N,) int32, index into the structure; -1 where unknown
     fields : dict, name -> (N,) float64, further values at the dots, such as a potential; NaN where unknown
-    origin : Origin, if `sparsurf.surface` placed the dots, else None
+    origin : SurfaceOrigin, if `sparsurf.surface` placed the dots, else None
     reconstruction : Reconstruction, if these are the dots of a subset whose probe and radii are known, else None
 
     Raises
@@ -259,7 +259,7 @@ class Surface(Shown):
             check_values(self.points, columns["area"], columns["kind"], columns["atom"], dot_label)
 
     def __repr__(self) -> str:
-        return f"Surface of {len(self):,} dots"
+        return f"Surface of {pluralise(len(self), 'dot', separator=',')}"
 
     def __len__(self) -> int:
         return len(self.points)
@@ -272,7 +272,9 @@ class Surface(Shown):
 
     def __getitem__(self, dots: ArrayLike | slice) -> Surface:
         """Return the surface of some dots: a mask, indices, a slice, or the index of one dot."""
-        return self.take(dots if isinstance(dots, slice) else np.atleast_1d(np.asarray(dots)))
+        if isinstance(dots, slice):
+            return self.take(dots)
+        return self.take(np.atleast_1d(index_array(dots, len(self), "dots")))
 
     def take(self, dots: np.ndarray | slice) -> Surface:
         """Return the surface of only `dots`, a mask or indices, with all that is known of them."""
@@ -463,7 +465,7 @@ def surface_of_columns(
 def reconstruction_of_file(columns: Mapping[str, Any]) -> Reconstruction | None:
     """Return what a file says by its columns; warn of columns of these names that say something else, since no field has them."""
     reconstruction = Reconstruction.of_columns(columns)
-    names = [name for name in Reconstruction._fields if name in columns]
+    names = [name for name in Reconstruction._fields if np.size(columns.get(name, ()))]
     if reconstruction is None and names:
         message = "%s: the columns %s are left out, since these names say how a surface is reconstructed; rename them"
         log.warning(message, FILE, ", ".join(names))

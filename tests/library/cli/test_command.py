@@ -527,6 +527,7 @@ MISTAKES = [  # one of each kind: the command, its exit code, and what its sente
     ("roughness . -o -", 1, "folder"),
     ("descriptors protein.pdb --at 9999999 -o x.csv", 1, "no dot 9999999"),
     ("descriptors protein.pdb --at 1,-2 -o x.csv", 2, "--at: '1,-2'"),
+    ("minimal protein.pdb --n-dots 9 --error-99 1 -o x.csv", 1, "an error; leave out --n-dots or --error-99"),
     ("minimal protein.pdb --n-dots 1000000 -o x.csv", 1, "--n-dots is 1000000"),
     ("minimal protein.pdb --n-dots 5 --percent 1 -o x.csv", 2, "not allowed with"),
     ("minimal one.csv -o x.csv", 1, "a single dot"),

@@ -98,6 +98,10 @@ def test_dots_become_a_table_and_an_array():
     assert repr(dots) == "Surface of 2 dots" and dots[1].points.tolist() == dots[1:].points.tolist() == [
         [4, 5, 6]
     ]
+    assert repr(dots[0]) == "Surface of 1 dot"
+    with pytest.raises(InputError, match="there are no dots"):
+        dots[[]]
+    assert dots[[False, True]].points.tolist() == dots[[-1]].points.tolist() == [[4, 5, 6]]
     single = np.asarray(dots, np.float32)
     assert single.dtype == np.float32 and single.tolist() == dots.points.tolist()
     assert np.shares_memory(np.asarray(dots), dots.points)
@@ -235,6 +239,13 @@ REFUSED = {
         ("x,y,z\n1,2,inf\n", "line 2 does not have the three numbers x, y and z: repair it"),
     ],
 }  # fmt: skip
+
+
+def test_a_table_without_rows_holds_no_dots_and_no_wrong_columns(tmp_path, caplog):
+    (tmp_path / "head.csv").write_text("x,y,z,nx,ny,nz,weight,probe_radius,radii,model\n")
+    with pytest.raises(InputError, match=r"head\.csv holds no dots"):
+        read_surface(tmp_path / "head.csv")
+    assert caplog.text == ""
 
 
 @pytest.mark.parametrize(
