@@ -28,8 +28,8 @@ def public(of_dots: bool = False) -> Callable[[F], F]:
     def decorate(function: F) -> F:
         parameters = signature(function).parameters
         names = list(parameters)
-        n_by_position = sum(one.kind is not Parameter.KEYWORD_ONLY for one in parameters.values())
-        required = [name for name, one in parameters.items() if one.default is Parameter.empty]
+        n_by_position = sum(parameter.kind is not Parameter.KEYWORD_ONLY for parameter in parameters.values())
+        required = [name for name, parameter in parameters.items() if parameter.default is Parameter.empty]
 
         @wraps(function)
         def checked(*values: Any, **keywords: Any) -> Any:

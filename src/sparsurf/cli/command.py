@@ -100,11 +100,11 @@ class Parser(argparse.ArgumentParser):
             hint = did_you_mean(choice[1], re.findall(r"[\w.-]+", choice[2]))
         self._exit_with(message, hint)
 
-    def refuse_unknown(self, words: Sequence[str], advice: str = "") -> NoReturn:
+    def refuse_unknown(self, unknown: Sequence[str], advice: str = "") -> NoReturn:
         """Exit with the words that nothing is known about, and the option that the user may have meant by one of them."""
-        option = next((word.split("=")[0] for word in words if word.startswith("-")), None)
+        option = next((word.split("=")[0] for word in unknown if word.startswith("-")), None)
         hint = did_you_mean(option, ["--quiet", *self._option_string_actions]) if option else ""
-        self._exit_with(f"unrecognized arguments: {' '.join(words)}{advice}", hint)
+        self._exit_with(f"unrecognized arguments: {' '.join(unknown)}{advice}", hint)
 
     def _exit_with(self, message: str, hint: str) -> NoReturn:
         """Exit with one sentence."""

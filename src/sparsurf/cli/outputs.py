@@ -14,15 +14,17 @@ READ_OPTIONS = ("file", "trajectory", "at")  # which can name a file
 
 
 def check(
-    args: argparse.Namespace, formats: tuple[str, ...], beside: Callable[[str], Path | None] | None = None
+    args: argparse.Namespace,
+    formats: tuple[str, ...],
+    path_of_second: Callable[[str], Path | None] | None = None,
 ) -> None:
     """Raise InputError if the output cannot be written in one of the formats, before anything is computed.
 
-    Neither the output nor the second file that is written next to it, whose path `beside` returns, may be an input.
+    Neither the output nor the second file that is written next to it, whose path `path_of_second` returns, may be an input.
     """
     _refuse_input(args, args.output, "")
     suffix = parse_output(args.output, formats)[0]
-    if beside is not None and (second := beside(args.output)) is not None:
+    if path_of_second is not None and (second := path_of_second(args.output)) is not None:
         _refuse_input(args, str(second), f", which is written next to {args.output},")
     if suffix == ".png":
         refuse_missing_matplotlib(args.output)
@@ -32,12 +34,12 @@ def check(
         )
 
 
-def _refuse_input(args: argparse.Namespace, output: str, which: str) -> None:
+def _refuse_input(args: argparse.Namespace, output: str, description: str) -> None:
     """Raise InputError if an output is a file that the command reads."""
     if os.path.isfile(output):
         files = (getattr(args, key, None) for key in READ_OPTIONS)
         if any(os.path.samefile(f, output) for f in files if isinstance(f, str) and os.path.exists(f)):
-            raise InputError(f"{output}{which} is an input file; name another file to write.")
+            raise InputError(f"{output}{description} is an input file; name another file to write.")
 
 
 def write_output(args: argparse.Namespace, dots: DotsToWrite) -> None:

@@ -571,14 +571,14 @@ def test_structures_come_by_id_from_a_folder_where_it_is_named(tmp_path, monkeyp
         (tmp_path / name).write_text("")
     monkeypatch.setenv("SPARSURF_STRUCTURES", str(tmp_path))
     listed = {
-        "a": {"pdb": "1abc", "model": 1},
+        "a": {"pdb": "1abc", "model": 0},
         "b": {"pdb": "2XYZ", "sha256": "0" * 64},
         "c": {"pdb": "3enl"},
         "d": {"pdb": 4530},
         "e": {"pdb": 4531},
     }
     found = check_config({"proteins": listed})["proteins"]
-    assert found["a"] == {"structure": str(tmp_path / "1ABC.cif.gz"), "model": 1}
+    assert found["a"] == {"structure": str(tmp_path / "1ABC.cif.gz"), "model": 0}
     assert found["b"] == {"structure": str(tmp_path / "2xyz.pdb")}
     assert found["c"] == {"pdb": "3enl"}
     assert found["d"] == {"structure": str(tmp_path / "4530.pdb")} and found["e"] == {"pdb": "4531"}
@@ -592,6 +592,5 @@ def test_structures_come_by_id_from_a_folder_where_it_is_named(tmp_path, monkeyp
 def test_a_local_surface_in_place_of_a_structure_may_be_packed_or_in_capitals(tmp_path, monkeypatch, name):
     (tmp_path / name).write_text("")
     monkeypatch.setenv("SPARSURF_A", str(tmp_path / name))
-    assert check_config({"proteins": {"a": {"pdb": "1abc", "model": 0}}})["proteins"]["a"]["model"] == 0
     found = check_config({"proteins": {"a": {"pdb": "1abc", "model": 1}}})["proteins"]
     assert found == {"a": {"surface": str(tmp_path / name)}}
