@@ -1,15 +1,17 @@
-"""Threads for kernels that release the GIL. Results never depend on the number of threads."""
+"""Threads for kernels that release the GIL, and processes. Results never depend on their number."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from threadpoolctl import ThreadpoolController
 
+Task = TypeVar("Task")
 TaskResult = TypeVar("TaskResult")
 
 
@@ -21,6 +23,38 @@ def ignore_numba_threads() -> None:
 def available_cores() -> int:
     """Return the number of cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def in_processes(
+    function: Callable[[Task], TaskResult],
+    tasks: Iterable[Task],
+    jobs: int,
+    waiting_per_job: int,
+    initializer: Callable[..., None] | None = None,
+    arguments: tuple[Any, ...] = (),
+) -> Iterator[TaskResult]:
+    """Yield the results of a function of each task in order, from several processes; few of them wait at a time.
+
+    Each process calls `initializer` with `arguments` first. If the iterator is closed or interrupted, tasks that wait are
+    cancelled.
+    """
+    import multiprocessing  # here: one process needs no others
+    from concurrent.futures import Future, ProcessPoolExecutor
+
+    methods = multiprocessing.get_all_start_methods()
+    context = multiprocessing.get_context("fork" if "fork" in methods else None)
+    waiting: deque[Future[TaskResult]] = deque()
+    with ProcessPoolExecutor(jobs, context, initializer, arguments) as pool:
+        try:
+            for task in tasks:
+                waiting.append(pool.submit(function, task))
+                if len(waiting) >= waiting_per_job * jobs:
+                    yield waiting.popleft().result()
+            while waiting:
+                yield waiting.popleft().result()
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
 
 
 def bytes_of_memory() -> float:

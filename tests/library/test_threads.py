@@ -1,8 +1,16 @@
 """Slices of work: whole, in order, whatever the threads."""
 
+import time
+
 import pytest
 
-from sparsurf.threads import available_cores, parallel_map
+from sparsurf.threads import available_cores, in_processes, parallel_map
+
+
+def leave(path):
+    time.sleep(0.1)
+    path.touch()
+    return path.name
 
 
 @pytest.mark.parametrize("threads", [1, 3])
@@ -11,3 +19,12 @@ def test_slices_cover_the_range_in_order(threads):
     assert parallel_map(lambda a, b: (a, b), 8, threads, 4) == [(0, 4), (4, 8)]
     assert parallel_map(lambda a, b: (a, b), 0, threads, 4) == []
     assert available_cores() >= 1
+
+
+def test_tasks_that_wait_are_cancelled_with_their_iterator(tmp_path):
+    paths = [tmp_path / str(k) for k in range(12)]
+    names = in_processes(leave, paths, 1, len(paths))
+    assert next(names) == "0"
+    names.close()
+    assert len([*tmp_path.iterdir()]) <= 6
+    assert [*in_processes(leave, paths, 4, 2)] == [path.name for path in paths]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from collections import deque
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -46,7 +45,7 @@ from sparsurf.surfaces.radii import PROBE_RADIUS
 from sparsurf.surfaces.radii import radii as atomic_radii
 from sparsurf.surfaces.spacing import DENSITY
 from sparsurf.surfaces.surface import Placement, Surface, SurfaceOrigin
-from sparsurf.threads import available_cores
+from sparsurf.threads import available_cores, in_processes
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -301,6 +300,7 @@ def _digests(molecule: Molecule, request: FramesRequest, bounds: list[tuple[int,
         yield digest
 
 
+PARTS_PER_JOB = 2  # that wait for their turn
 _shared: tuple[Molecule, FramesRequest] | None = None  # what the processes of `frames` share
 
 
@@ -324,23 +324,7 @@ def _measured(
         for ends in bounds:
             yield part_of_frames(molecule, request, *ends, available_cores())
         return
-    import multiprocessing  # here: one process needs no others
-    from concurrent.futures import Future, ProcessPoolExecutor
-
-    methods = multiprocessing.get_all_start_methods()
-    context = multiprocessing.get_context("fork" if "fork" in methods else None)
-    waiting: deque[Future[Part]] = deque()
-    with ProcessPoolExecutor(jobs, context, _share, (molecule, request)) as pool:
-        try:
-            for ends in bounds:
-                waiting.append(pool.submit(_part_in_process, ends))
-                if len(waiting) >= 2 * jobs:
-                    yield waiting.popleft().result()
-            while waiting:
-                yield waiting.popleft().result()
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
+    yield from in_processes(_part_in_process, bounds, jobs, PARTS_PER_JOB, _share, (molecule, request))
 
 
 def _tables(molecule: Molecule, request: FramesRequest, part: Part, first: int) -> FrameTables:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 import pickle
-from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
@@ -31,7 +30,7 @@ from sparsurf.surfaces.molecular_surface import MAX_DENSITY, RolledFrame, roll_s
 from sparsurf.surfaces.radii import PROBE_RADIUS
 from sparsurf.surfaces.spacing import DENSITY as PUBLISHED_DENSITY
 from sparsurf.surfaces.surface import MAX_AREA, Rules, Surface, SurfaceOrigin
-from sparsurf.threads import available_cores
+from sparsurf.threads import available_cores, in_processes
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -267,7 +266,11 @@ class PointsOfFolder(Iterator[NamedPoints]):
         threads = available_cores() if self._jobs == 1 else 1
         choose = partial(_outcome, request=self._request, threads=threads)
         paths = files.values()
-        yield from map(choose, paths) if self._jobs == 1 else _in_processes(choose, paths, self._jobs)
+        yield from (
+            map(choose, paths)
+            if self._jobs == 1
+            else in_processes(choose, paths, self._jobs, STRUCTURES_PER_JOB)
+        )
 
     def _successes(self, outcomes: Iterable[tuple[str, Outcome]]) -> Iterator[NamedPoints]:
         """Yield the points that there are, and report at the end what was wrong."""
@@ -438,20 +441,3 @@ def _outcome(path: Path, request: PointsRequest, threads: int) -> Outcome:
             result = f"{path} needs more memory than there is."
     head = f"{path}: "
     return Outcome(result, [(kind, sentence.removeprefix(head)) for kind, sentence in warnings])
-
-
-def _in_processes(choose: Any, paths: Any, jobs: int) -> Iterator[Any]:
-    """Yield the results of a function of a path in order; few of them wait at a time."""
-    import multiprocessing  # here: one structure needs no processes
-    from concurrent.futures import Future, ProcessPoolExecutor
-
-    methods = multiprocessing.get_all_start_methods()
-    context = multiprocessing.get_context("fork" if "fork" in methods else None)
-    waiting: deque[Future] = deque()
-    with ProcessPoolExecutor(jobs, context) as pool:
-        for path in paths:
-            waiting.append(pool.submit(choose, path))
-            if len(waiting) >= STRUCTURES_PER_JOB * jobs:
-                yield waiting.popleft().result()
-        while waiting:
-            yield waiting.popleft().result()
