@@ -17,11 +17,12 @@ from importlib import import_module
 from inspect import signature
 from typing import Any, NoReturn
 
-from sparsurf import __version__, progress
+from sparsurf import __version__, kinds, progress
 from sparsurf.errors import InputError, name_in_call, printable
 from sparsurf.files import open_closed_streams
 from sparsurf.garbage import collect_rarely
 from sparsurf.kernel_cache import require_kernel_cache
+from sparsurf.molecules.formats import STRUCTURE_LABELS, TOPOLOGY_LABELS
 from sparsurf.suggestions import did_you_mean
 from sparsurf.threads import ignore_numba_threads
 
@@ -38,10 +39,12 @@ COMMANDS = {
 }
 FAILED, NOT_UNDERSTOOD, INTERRUPTED = 1, 2, 130  # exit codes
 TERMINAL_WIDTH = 80
-EPILOG = """\
-FILE is a structure (PDB, mmCIF, GRO or CARD, also .gz, or HDF5; with --trajectory also PSF or AMBER parm7) or a file of dots
-(DMS, CSV with x,y,z,nx,ny,nz, PLY or npz). `sparsurf frames --help` lists the formats of trajectories.
-`surface`, `residues` and `points` accept only a structure, and `recover` accepts only dots. Lengths are in Å. -o names the file
+EPILOG = f"""\
+FILE is a structure ({STRUCTURE_LABELS}; with --trajectory also {TOPOLOGY_LABELS}) or a file of dots
+({" ".join(kinds.suffixes("dots", is_read=True))}; a CSV has the columns x,y,z,nx,ny,nz). Both may be compressed (.gz),
+except for HDF5. `sparsurf frames --help` lists the formats of trajectories. `surface`, `residues`, `frames` and `points` accept
+no dots, and `recover` accepts only dots. All commands but `residues`, `frames` and `recover` also accept files of spheres
+({" ".join(kinds.suffixes("spheres", is_read=True))}). Lengths are in Å. -o names the file
 of the result, and its suffix determines the format; `-o -` writes to standard output, and -q prints only warnings and errors. npz
 and DMS keep the area, kind and atom of every dot. Errors are printed on standard error.
 

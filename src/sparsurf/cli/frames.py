@@ -8,6 +8,7 @@ from sparsurf.api.writing import path_of_frames
 from sparsurf.arguments import STRIDE
 from sparsurf.cli import options, outputs
 from sparsurf.files import pluralise
+from sparsurf.molecules.formats import TOPOLOGY_LABELS
 
 FORMATS = kinds.suffixes("frames")
 EXAMPLES = """\
@@ -35,7 +36,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "file",
         metavar="FILE",
-        help="structure of the trajectory (also PSF or AMBER parm7), or a file with several models",
+        help=f"structure of the trajectory (also {TOPOLOGY_LABELS}), or a file with several models",
     )
     text = f"file to write ({' '.join(FORMATS)}); the table of frames is written next to it, with _frames in its name"
     parser.add_argument("-o", "--output", required=True, metavar="OUT", help=text)

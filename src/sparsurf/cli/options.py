@@ -31,7 +31,7 @@ from sparsurf.arguments import (
 )
 from sparsurf.cli.command import StoreOnce
 from sparsurf.errors import InputError, naming_file
-from sparsurf.molecules.formats import FILE_OF_DOTS, MOLECULE_FORMATS, title
+from sparsurf.molecules.formats import FILE_OF_DOTS, TRAJECTORY_LABELS, title
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.molecules.selection import select_atoms
@@ -111,11 +111,7 @@ def add_molecule(
 ) -> None:
     """Add the options that choose atoms of a structure; if it `reconstructs`, `--model` also says by which model."""
     atoms = parser.add_argument_group("atoms of a structure")
-    trajectories = [entry for entry in MOLECULE_FORMATS.values() if entry.places and not entry.atoms]
-    labels = ", ".join(entry.label for entry in trajectories)
-    meaning = (
-        f"trajectory whose frames belong to the structure ({labels}, or a structure with several frames)"
-    )
+    meaning = f"trajectory whose frames belong to the structure ({TRAJECTORY_LABELS}, or a structure with several frames)"
     atoms.add_argument("--trajectory", help=meaning)
     if with_frame:
         meaning = "frame or model to read, from 0 (default 0)"

@@ -11,6 +11,7 @@ from sparsurf.arguments import D_LINK, DENSITY_LIMITS
 from sparsurf.cli import options, outputs
 from sparsurf.errors import InputError
 from sparsurf.files import pluralise
+from sparsurf.molecules.formats import STRUCTURE_LABELS, TOPOLOGY_LABELS
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.spheres import SPHERE_FORMATS
@@ -79,8 +80,8 @@ def run(args: argparse.Namespace) -> None:
         return
     if not options.reads_atoms(args):
         raise InputError(
-            f"{args.file} is not a structure by its content: give a PDB, mmCIF, GRO or HDF5 file, or one with radii or elements "
-            f"({', '.join(SPHERE_FORMATS)}); --trajectory adds frames."
+            f"{args.file} is not a structure by its content: give a {STRUCTURE_LABELS} file, or one with radii or "
+            f"elements ({', '.join(SPHERE_FORMATS)}); with --trajectory, a {TOPOLOGY_LABELS} file will do."
         )
     molecule = options.read_atoms(args)
     options.say(f"surface of {molecule.n_atoms:,} atoms")

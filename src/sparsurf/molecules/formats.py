@@ -81,6 +81,14 @@ def _suffixes(*names: str) -> tuple[str, ...]:
     return tuple(suffix for name in names for suffix in MOLECULE_FORMATS[name].suffixes)
 
 
+def _labels(atoms: bool, places: bool) -> str:
+    """Return the labels of the formats that are read and name atoms, have coordinates, or both, as a part of a sentence."""
+    *labels, last = (entry.label for entry in _EVERY_FORMAT if (entry.atoms, entry.places) == (atoms, places))
+    return f"{', '.join(labels)} or {last}"
+
+
+STRUCTURE_LABELS, TOPOLOGY_LABELS = _labels(True, True), _labels(True, False)
+TRAJECTORY_LABELS = _labels(False, True)
 PDB, MMCIF = _suffixes("pdb"), _suffixes("mmcif")
 STRUCTURES = PDB + MMCIF  # each also compressed (.gz)
 SELF_CONTAINED = _suffixes("gro", "hdf5", "card")  # names and coordinates in one file

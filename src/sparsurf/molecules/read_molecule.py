@@ -72,7 +72,7 @@ def read_molecule(
     ----------
     path : str or Path
         PDB, mmCIF, GRO or CHARMM CARD file, each also compressed, or HDF5 of mdtraj; with a trajectory also a PSF or AMBER
-        topology. The content determines the format. Names and labels are those of the file.
+        parm7 file. The content determines the format. Names and labels are those of the file.
     trajectory : str or Path, optional
         XTC, TRR, DCD, NetCDF, HDF5, AMBER mdcrd or restart, XYZ, LAMMPS dump or data, or coordinates in any format of a
         structure. Without it, the models of the structure are the frames.

@@ -6,6 +6,7 @@ from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, PlainSe
 
 from sparsurf import kinds
 from sparsurf.arguments import DEFAULT_SEED
+from sparsurf.molecules.formats import STRUCTURE_LABELS, TOPOLOGY_LABELS, TRAJECTORY_LABELS
 from sparsurf.settings import (
     Evaluation,
     Length,
@@ -110,18 +111,19 @@ class Protein(Section):
     """A structure with or without a trajectory, or a ready surface."""
 
     structure: Text = optional(
-        "Path of the structure: a PDB or mmCIF file (also .gz); with a trajectory, also GRO, PSF, AMBER parm7 or HDF5."
+        f"Path of the structure: a {STRUCTURE_LABELS} file, also .gz except for HDF5; with a trajectory, also a "
+        f"{TOPOLOGY_LABELS} file."
     )
     trajectory: Text = optional(
-        "Path of a trajectory (XTC, TRR, DCD, NetCDF, HDF5, mdcrd, restart, XYZ, LAMMPS dump), whose frames are "
-        "conformations of the structure. A file "
-        "that was cut off between two frames cannot be recognised."
+        f"Path of a trajectory ({TRAJECTORY_LABELS}, or a structure with several frames), whose frames are conformations of the "
+        "structure. A file that was cut off between two frames cannot be recognised."
     )
     url: Url = optional("Address from which the structure is downloaded: https, or http with a sha256.")
     pdb: PdbId = optional("PDB id of the structure, which is downloaded as mmCIF.")
     sha256: Sha256 = optional("SHA-256 checksum that the downloaded file must have.")
     surface: Text = optional(
-        "Path of a ready surface, whose dots are used instead of placing dots on a structure: a DMS, CSV, PLY or npz file."
+        "Path of a ready surface, whose dots are used instead of placing dots on a structure: a file with the suffix "
+        f"{', '.join(kinds.suffixes('dots', is_read=True))}, also .gz."
     )
     table: Text = optional(
         "Path of a CSV file with values for each residue or atom: the column residue, chain and atom where they are "

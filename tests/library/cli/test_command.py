@@ -18,6 +18,7 @@ from scipy.spatial import cKDTree
 import sparsurf
 from conftest import ROOT
 from peptides import atom_line, peptide
+from sparsurf import kinds
 from sparsurf.cli import command, minimal, surface
 from sparsurf.molecules.formats import MOLECULE_FORMATS
 from sparsurf.molecules.read_molecule import read_molecule
@@ -125,6 +126,21 @@ def test_every_example_of_the_help_runs(folder, line, tmp_path, monkeypatch, cap
         )
         assert all(each.startswith(begins) for each in told) and (out == "-") == (told == [])
         assert (len(shown.out) > 100) if out == "-" else (folder / out).stat().st_size > 100
+
+
+def test_every_sentence_about_formats_names_each_that_is_read(folder, capsys):
+    """By the last word of its label, such as the CARD of CHARMM."""
+    ended("surface", folder / "dots.csv", "-o", "-")
+    refusal, texts = capsys.readouterr().err, []
+    for path in ("docs/reference/commands.md", "docs/trajectory.md", "docs/reference/config.md"):
+        texts.append((ROOT / path).read_text(encoding="utf-8"))
+    texts.append(sparsurf.read_molecule.__doc__)
+    for entry in (entry for entry in MOLECULE_FORMATS.values() if entry.atoms or entry.places):
+        word = re.compile(rf"\b{entry.label.split()[-1]}\b")
+        assert all(word.search(text) for text in texts), entry.label
+        assert word.search(refusal) or not entry.atoms, entry.label
+    for suffix in kinds.suffixes("dots", is_read=True):
+        assert suffix in command.EPILOG and suffix in texts[2]
 
 
 @pytest.mark.parametrize("name", [None, *command.COMMANDS])
