@@ -265,7 +265,7 @@ class Minimal(Section):
     model: Model = key(
         "auto",
         "How the surface is reconstructed from the subset: by the spheres that its dots lie on, or by the interpolant; auto: "
-        "spheres with the sampler cover, else the interpolant.",
+        "spheres with the sampler cover, and where the sampler auto keeps dots on atoms for an error; else the interpolant.",
     )
     error: Distance = optional(
         "Mean error in Å of the surface reconstructed from the subset, which keeps no more dots than its sampler needs for it. "
@@ -275,7 +275,9 @@ class Minimal(Section):
         "Error in Å that at most 1 % of the true surface exceeds, besides the mean error; with the sampler cover also at most "
         f"1 % of the reconstructed surface, and {TAIL_PER_ERROR} times the mean error if it is not given."
     )
-    density: Density = optional("Number of dots to keep per Å^2; 0.6 gives a mean error of about 0.02 Å.")
+    density: Density = optional(
+        "Number of dots to keep per Å^2; 0.6 gives a mean error of about 0.02 Å by the interpolant."
+    )
     percent: Percent = optional("Share of the dots to keep, %.")
     n_dots: Positive = optional("Number of dots to keep.")
     max_z: Number = optional(

@@ -102,7 +102,8 @@ def minimal(
         model is not 'interpolant', and 'farthest' in all other cases.
     model : {'auto', 'interpolant', 'spheres'}
         How the surface is reconstructed where its error is measured, as in `recover`; 'auto' (default) is 'spheres' with the
-        sampler 'cover', and 'interpolant' with all others.
+        sampler 'cover', and where the sampler 'auto' keeps dots on atoms for an error. It is 'interpolant' in all other cases,
+        in which `recover` may use the spheres, so that its error is smaller than the one that is measured here.
     error_99 : float, optional
         Distance within which 99 % of the true surface lies from the reconstructed one, Å. With the sampler 'cover' 99 % of the
         reconstructed surface also lies within it from the true one, and it is 5 times `error` if it is not given; with others

@@ -21,13 +21,14 @@ WIDE = 2.5  # ratio of the ends of an interval, of the number of dots, that call
 EXAMPLES = """\
 By default, the command keeps few dots from which the surface is reconstructed with a mean error of 0.02 Å and a 99 %
 error of 0.1 Å (see --error and --error-99). The error is the distance of independent dots of the whole surface from the surface
-that `sparsurf recover` reconstructs from the kept ones. For a file of dots, whose atoms are not known, it is the distance of the
-dots that are not kept.
+that `sparsurf recover` reconstructs from the kept ones. If a number of dots is requested, it is that of `sparsurf recover --model
+interpolant`, and `sparsurf recover` alone may have a smaller one. For a file of dots, whose atoms are not known, it is the
+distance of the dots that are not kept.
 
 Where an error is requested of a structure, the kept dots touch every exposed atom (--sampler cover), and the atoms are inferred
-from them: 0.16 to 0.2 dots per Å^2 are enough for the default, and a quarter to a half more if the molecule has explicit
-hydrogens. Such dots serve this reconstruction alone: do not drop some of them at random. Where fewer evenly spread dots
-(--sampler farthest) have both errors, usually from 0.03 Å, these are kept. All other requests keep evenly spread dots, whose
+from them: 0.15 to 0.2 dots per Å^2 are enough for the default, and 0.26 to 0.34 if the molecule has explicit hydrogens (three
+structures). Such dots serve this reconstruction alone: do not drop some of them at random. Where fewer evenly spread dots
+(--sampler farthest) have both errors, as for large errors, these are kept. All other requests keep evenly spread dots, whose
 number for an error is an estimate that is printed with its 95 % interval. Only the samplers of the paper use the roughness. Z is
 the mean distance between the descriptors of a patch on the full surface and on the kept dots.
 

@@ -107,9 +107,9 @@ def density_for(
     Examples
     --------
     >>> import sparsurf
-    >>> evenly, by_spheres = sparsurf.density_for(0.02), sparsurf.density_for(0.02, model="spheres")
-    >>> evenly > 2 * by_spheres > 2 * sparsurf.density_for(0.02, sampler="cover")
-    True
+    >>> ways = {}, {"model": "spheres"}, {"sampler": "cover"}
+    >>> [round(sparsurf.density_for(0.02, **way), 2) for way in ways]
+    [0.56, 0.2, 0.17]
     """
     error = DISTANCE.check(error, "error")
     law = _law(hydrogens, sampler, model)
