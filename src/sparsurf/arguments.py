@@ -77,11 +77,11 @@ STRIDE = Limits(0, whole=True)
 PLDDT = Limits(0, 100, open_low=False)
 
 
-def check_plddt(value: Any, name: str = "plddt") -> float:
+def check_plddt(value: Any) -> float:
     """Return a bound of pLDDT; raise InputError for what is none, and for a share of 1, which would leave out nothing."""
-    bound = PLDDT.check(value, name)
+    bound = PLDDT.check(value, "plddt")
     if reason := share_of_plddt(bound):
-        raise InputError(f"{argument(name)} {reason}")
+        raise InputError(f"{argument('plddt')} {reason}")
     return bound
 
 

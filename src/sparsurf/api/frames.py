@@ -79,7 +79,7 @@ class FramesRequest(NamedTuple):
     @property
     def names(self) -> list[str]:
         """Names of the columns of the fields."""
-        return [f"mean_{name}" for name in names_of_fields(self.fields, "fields")]
+        return [f"mean_{name}" for name in names_of_fields(self.fields)]
 
 
 class Part(NamedTuple):

@@ -176,9 +176,9 @@ def compute_fields(
     return pd.DataFrame(out)
 
 
-def names_of_fields(fields: Sequence[FieldLike], key: str) -> list[str]:
-    """Return the names of fields that a user gave as `key`, by name or as functions."""
-    return [kinds.name_of("field", field, key) for field in fields]
+def names_of_fields(fields: Sequence[FieldLike]) -> list[str]:
+    """Return the names of fields that a user gave, by name or as functions."""
+    return [kinds.name_of("field", field, "fields") for field in fields]
 
 
 def takes_dots(field: FieldLike) -> bool:

@@ -1,7 +1,6 @@
 """Format numbers for people: on pages, in figures and on the command line."""
 
 import math
-from collections.abc import Callable, Iterable
 
 
 def number(x: float | None, digits: int = 2) -> str:
@@ -20,12 +19,6 @@ def signed(x: float, digits: int = 2) -> str:
 def share(percent: float) -> str:
     """Format a share in %: without decimals between 10 and 99.5, else with one decimal if it is not 0."""
     return f"{percent:.0f}" if 9.95 <= percent < 99.5 else f"{percent:.1f}".removesuffix(".0")
-
-
-def format_range(values: Iterable[float], form: Callable[[float], str] = number) -> str:
-    """Format several values as one: the value, or the smallest to the largest."""
-    low, high = form(min(values)), form(max(values))
-    return low if low == high else f"{low} to {high}"
 
 
 def interval(value: float, low: float, high: float, digits: int = 2) -> str:

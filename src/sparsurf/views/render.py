@@ -76,13 +76,11 @@ def oblique(points: np.ndarray, normals: np.ndarray, tilt: float = 40.0) -> np.n
     return np.array([across, c * up - s * front, s * up + c * front])
 
 
-def aim(
-    points: np.ndarray, rotation: np.ndarray, shape: tuple[int, int], margin: float = MAX_DISC_RADIUS
-) -> Camera:
-    """Return the camera that shows all points with `margin` Å around them in a picture of `shape` pixels."""
+def aim(points: np.ndarray, rotation: np.ndarray, shape: tuple[int, int]) -> Camera:
+    """Return the camera that shows all points with MAX_DISC_RADIUS around them in a picture of `shape` pixels."""
     seen = points @ rotation.T
     low, high = seen.min(axis=0), seen.max(axis=0)
-    width, height, _ = high - low + 2 * margin
+    width, height, _ = high - low + 2 * MAX_DISC_RADIUS
     scale = min(shape[0] / height, shape[1] / width)
     return Camera(rotation, rotation.T @ ((low + high) / 2), float(scale), tuple(shape))
 
@@ -101,11 +99,10 @@ def draw_surface(
     normals: np.ndarray,
     colours: np.ndarray | tuple[float, float, float],
     camera: Camera,
-    radius: float | None = None,
 ) -> Scene:
-    """Draw a closed surface of dots (N, 3), Å, those that face the viewer, as discs of `radius` Å in colours of 0..1."""
+    """Draw a closed surface of dots (N, 3), Å, those that face the viewer, as discs without gaps in colours of 0..1."""
     scale = camera.scale * SUPERSAMPLING
-    disc = max((closing_radius(points) if radius is None else radius) * scale, 1.0)
+    disc = max(closing_radius(points) * scale, 1.0)
     depth = np.full([n * SUPERSAMPLING for n in camera.shape], -np.inf)
     draw_discs(*_project(points, normals, camera), disc, depth)
     scene = Scene(camera, np.ones((*depth.shape, 3), np.float32), depth, _darkness(depth, scale), disc)

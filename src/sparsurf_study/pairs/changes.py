@@ -90,8 +90,8 @@ def noise(
     return np.array(drawn)
 
 
-def floor_of(drawn: np.ndarray, share: float = SHARE_ABOVE_FLOOR) -> np.ndarray:
-    """Estimate the distance of each residue that a `share` of its draws exceeds, (R, C + 1).
+def floor_of(drawn: np.ndarray) -> np.ndarray:
+    """Estimate the distance of each residue that SHARE_ABOVE_FLOOR of its draws exceed, (R, C + 1).
 
     A residue has too few draws for a quantile: the root mean square of its draws is multiplied by a common factor, the quantile
     over all residues of the ratio of one draw to the others.
@@ -107,7 +107,7 @@ def floor_of(drawn: np.ndarray, share: float = SHARE_ABOVE_FLOOR) -> np.ndarray:
             ratio.shape[2:], np.nan
         )  # of a channel that no residue has, which numpy would warn of
         has_draws = ~np.isnan(ratio).all(axis=(0, 1))
-        factor[has_draws] = np.nanquantile(ratio[..., has_draws], 1 - share, axis=(0, 1))
+        factor[has_draws] = np.nanquantile(ratio[..., has_draws], 1 - SHARE_ABOVE_FLOOR, axis=(0, 1))
         return factor * np.sqrt(square / n)
 
 

@@ -126,10 +126,8 @@ def on_atoms(molecule: Molecule, residues: pd.DataFrame, name: str, buried: floa
     return np.array([values.get(key, buried) for key in keys], np.float64)
 
 
-def best_pairs(
-    match_: Match, n: int = MAX_BEST_PAIRS, min_distance: float = MIN_PAIR_DISTANCE
-) -> pd.DataFrame:
-    """List the n best-matching pairs of patches, none `min_distance` Å from a better one on both sides, for best_pairs.csv."""
+def best_pairs(match_: Match, n: int = MAX_BEST_PAIRS) -> pd.DataFrame:
+    """List the n best-matching pairs of patches, none within MIN_PAIR_DISTANCE of a better one on both sides."""
     sides = [
         np.column_stack([match_.centres[0], match_.centres[1][match_.complementary[0].partner[:, 0]]]),
         np.column_stack([match_.centres[0][match_.complementary[1].partner[:, 0]], match_.centres[1]]),
@@ -139,7 +137,7 @@ def best_pairs(
     points = [match_.partners[side].surface.points[pairs[:, side]] for side in (0, 1)]
     kept: list[int] = []
     for i in np.lexsort((pairs[:, 1], pairs[:, 0], distance)):
-        near = [np.linalg.norm(x[kept] - x[i], axis=1) < min_distance for x in points]
+        near = [np.linalg.norm(x[kept] - x[i], axis=1) < MIN_PAIR_DISTANCE for x in points]
         if not (near[0] & near[1]).any():
             kept.append(int(i))
         if len(kept) == n:

@@ -170,7 +170,10 @@ def used() -> str:
     return f"{megabytes:.0f} MB {seconds:.1f} s"
 
 
-def reporter(title: str, unit: str = "subsets", every: float = 2.0) -> Callable[[int, int], None]:
+SECONDS_BETWEEN_REPORTS = 2.0  # of a long step to the log
+
+
+def reporter(title: str, unit: str = "subsets") -> Callable[[int, int], None]:
     """Return a callback (done, total) that writes the progress of a long step to the log, every few seconds.
 
     The time to go follows from the steps after the first report: what comes before it, such as loading the code, is done once.
@@ -184,7 +187,7 @@ def reporter(title: str, unit: str = "subsets", every: float = 2.0) -> Callable[
         if first is None:
             first = (now, done)
         since, steps = now - first[0], done - first[1]
-        if (now - last >= every and steps) or done >= total:
+        if (now - last >= SECONDS_BETWEEN_REPORTS and steps) or done >= total:
             last = now
             left = since * (total - done) / max(steps, 1)
             text = f"{done} of {total} {unit}, {now - begin:.0f} s, {left:.0f} s to go"

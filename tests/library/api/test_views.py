@@ -127,7 +127,15 @@ def test_all_results_share_one_interface(tmp_path, monkeypatch):
     for result, n in ((molecule, None), (dots, len(dots)), (few, 60), (points, 80), (mesh, 120)):
         assert result.show(tmp_path / "x.html").html == (tmp_path / "x.html").read_text()
         assert result.show(path=tmp_path / "y.html").html == (tmp_path / "y.html").read_text()
-        result.write(tmp_path / "z.ply" if result is mesh else tmp_path / "z.pdb")
+        path = tmp_path / ("z.ply" if result is mesh else "z.pdb")
+        result.write(path)
+        lines = path.read_text().splitlines()
+        n_atoms = molecule.n_atoms if n is None else n
+        assert (
+            f"element vertex {n}" in lines
+            if result is mesh
+            else sum(line.startswith(("ATOM", "HETATM")) for line in lines) == n_atoms
+        )
         assert "<i" in result._repr_html_() and result.plot().get_images()
         if n is not None:
             assert "values" in result.show(np.arange(n)).html and len(result.to_frame()) == n

@@ -201,7 +201,9 @@ def test_the_row_of_a_surface_is_what_its_files_hold(tmp_path):
 def test_d_of_the_best_on_average_is_a_mean_over_surfaces():
     results = study(lambda r, s: 2 + s, ROUGHS[:2])
     table = summary.relation_table(results, summary.summary_table(results), np.random.default_rng(0))
-    for row in table[table["reading"] == "kept"].dropna(subset="d").itertuples():
+    rows = table[table["reading"] == "kept"].dropna(subset="d")
+    assert len(rows)
+    for row in rows.itertuples():
         of_best = results[0].grid[PARAMETERS].eq([getattr(row, name) for name in PARAMETERS]).all(axis=1)
         d = [one.grid.loc[of_best, "d_kept"].item() for one in results]
         assert row.d == pytest.approx(np.mean(d)) and row.d_sd == pytest.approx(np.std(d, ddof=1))

@@ -13,7 +13,7 @@ from PIL import Image
 from accessibility import inaccessible
 from browser import Browser, programs
 from parsed_pages import Page
-from sparsurf.views.numbers import format_range, interval, number, share, signed
+from sparsurf.views.numbers import interval, number, share, signed
 from sparsurf_study.report import page as pages
 from sparsurf_study.report.numbers import against_zero, interval_of, left_in_island, p_value, short_names
 from sparsurf_study.report.page import code, embedded_figures
@@ -192,7 +192,6 @@ def test_texts_of_numbers():
     assert number(-0.004) == "0.00" and number(-0.006) == "−0.01" and number(np.nan) == number(None) == ""
     texts = {6.44: "6.4", 7.0: "7", 9.94: "9.9", 9.96: "10", 45.2: "45", 99.7: "99.7", 100: "100"}
     assert [share(x) for x in texts] == [*texts.values()]
-    assert format_range([1.0, 1.001]) == "1.00" and format_range([2.0, 1.0]) == "1.00 to 2.00"
     assert interval(1.0, 0.5, 1.5) == "1.00 (0.50 to 1.50)" and interval(1.0, np.nan, np.nan) == "1.00"
     assert [signed(x, 1) for x in (0.04, -1.26, 0.06, np.nan)] == ["0.0", "−1.3", "+0.1", ""]
     shares = {0.456: "46 %, fragmented", 0.5: "50 %", 0.8: "80 %", np.nan: "–"}

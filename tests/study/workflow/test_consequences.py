@@ -223,7 +223,9 @@ def test_a_single_structure_is_not_several_frames(given):
 
 def test_the_papers_sampler_takes_the_best_of_its_surface(study, config, given):
     after = plan(study, changed(config, "minimal.sampler", "paper"))
-    for job in [job for job in given if job[0] == "select_minimal_subset"]:
+    jobs = [job for job in given if job[0] == "select_minimal_subset"]
+    assert {job[1] for job in jobs} > {"loaded"}
+    for job in jobs:
         best = f"results/small/{job[1]}/{job[2]}/ranges.csv"
         assert best not in given[job]["input"] and (best in after[job]["input"]) == (job[1] != "loaded")
 

@@ -613,7 +613,9 @@ def test_each_page_of_a_surface_says_which_file_and_atoms_it_is_from(run):
 
 
 def test_the_page_of_a_pair_says_from_which_files_its_partners_are(run):
-    for pair in sorted((run / "pairs").glob("*/view.html")):
+    pairs = sorted((run / "pairs").glob("*/view.html"))
+    assert pairs
+    for pair in pairs:
         rows = origin_of(pair)
         files = {rows[f"file of partner {side}"] for side in (1, 2)}
         paths = [path for path in run.glob("*/*/s*") if path.name.startswith(("structure", "surface"))]
