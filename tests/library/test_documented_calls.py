@@ -1,7 +1,10 @@
 """Every example in the documentation of the functions for users gives what it says."""
 
 import doctest
+import re
+from ast import literal_eval
 from importlib import import_module
+from inspect import signature
 
 import pytest
 
@@ -27,3 +30,20 @@ def test_what_is_not_there_is_reported():
     with pytest.raises(AttributeError, match="no attribute 'surfce'"):
         sparsurf.surfce  # noqa: B018
     assert set(sparsurf.FUNCTIONS) <= set(dir(sparsurf))
+
+
+@pytest.mark.parametrize("name", sparsurf.FUNCTIONS)
+def test_a_default_that_is_told_is_that_of_the_signature(name):
+    """None stands for a default that is told in words, or that depends on other arguments."""
+    function = getattr(sparsurf, name)
+    defaults = {key: parameter.default for key, parameter in signature(function).parameters.items()}
+    section = re.search(
+        r"\n    Parameters\n    -+\n(.*?)\n    [A-Z]\w+\n    -+\n", function.__doc__, re.DOTALL
+    )
+    documented = re.findall(r"^    (\w[\w, ]*) : .*\n((?:        .*\n)+)", section[1], re.MULTILINE)
+    assert documented
+    for names, text in documented:
+        told = re.search(r"\(default ('[^']*'|\"[^\"]*\"|-?\d[\d.]*\d|\d|True|False)", text)
+        for key in names.split(", "):
+            if told and defaults[key] is not None:
+                assert literal_eval(told[1]) == defaults[key], key
