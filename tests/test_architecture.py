@@ -22,6 +22,8 @@ FUNCTION_WORDS = {
 }  # fmt: skip
 # Arguments of exported functions keep the name that users type
 NAMED_BY_USERS = {"src/sparsurf/api/patches.py at"}
+# Constants of the environment and of Python, which docstrings name
+NAMES_OF_OTHERS = ("NUMBA_CACHE_DIR", "SOURCE_DATE_EPOCH", "SPARSURF_STRUCTURES", "TYPE_CHECKING")
 # Public names of modules that stand in several of them: why
 NAMES_IN_SEVERAL_MODULES = {
     "log": "the logger of a module",
@@ -97,6 +99,17 @@ def test_no_variable_is_called_by_a_function_word():
             if name in FUNCTION_WORDS and f"{file} {name}" not in NAMED_BY_USERS:
                 found.append(f"{file}:{line} {name}")
     assert found == []
+
+
+def test_a_constant_that_a_docstring_names_exists():
+    defined, named = {*NAMES_OF_OTHERS}, []
+    for path in [*SOURCES.rglob("*.py"), *(ROOT / "scripts").glob("*.py")]:
+        defined |= {name for _, name in variables_of(path)}
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
+                constants = re.findall(r"\b[A-Z][A-Z0-9]*_[A-Z0-9_]+\b", ast.get_docstring(node) or "")
+                named += [(path.relative_to(ROOT).as_posix(), name) for name in constants]
+    assert len(named) > 20 and [(file, name) for file, name in named if name not in defined] == []
 
 
 def public_names_of(path: Path) -> set[str]:
