@@ -175,3 +175,16 @@ def test_every_page_that_differs_is_written_and_named(tmp_path: Path, monkeypatc
 def test_the_help_of_recover_has_the_errors_of_the_table() -> None:
     shown = table_numbers.renewed(f"? ?<!--{FARTHEST}: {{distance:.2f}} {{distance_99:.2f}}-->")
     assert re.findall(r"\d\.\d\d(?= |,)", EXAMPLES) == re.findall(r"\d\.\d\d(?= |<)", shown)
+
+
+def test_the_cost_of_a_long_trajectory_follows_from_that_of_a_frame() -> None:
+    """Within the rounding of the page and of a measurement; a job has 8 cores for an hour."""
+    page = (ROOT / "docs" / "cluster.md").read_text(encoding="utf-8")
+    shown = table_numbers.renewed('?<!--bench.csv "what=a frame of an ensemble, 953 atoms": {value}-->')
+    rows = re.findall(r"ps \| ([\d,]+) \| ([\d.]+) \| (\d+) \|", page)
+    assert len(rows) == 3
+    for frames, hours, jobs in rows:
+        assert float(hours) == pytest.approx(
+            int(frames.replace(",", "")) * float(shown.split("<")[0]) / 3600, rel=0.15
+        )
+        assert int(jobs) == max(1, round(float(hours) / 8))
