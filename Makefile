@@ -35,6 +35,8 @@ PACKAGES := XDG_CACHE_HOME="$(XDG_CACHE_HOME)" # the user's cache, not that of t
 install = $(if $(UV),$(PACKAGES) $(UV) pip install --quiet --python $(BIN)/python $1 || )$(PACKAGES) $(PIP) $1
 # What is installed knows where it lies: a checkout that was moved is set up anew
 READY  := $(VENV)/.ready-$(shell { pwd; cat envs/requirements.txt; } | cksum | cut -d' ' -f1)
+# Its commands are those of pyproject.toml: installed again, in seconds, where that has changed
+INSTALLED := $(VENV)/.ready-package-$(shell cksum < pyproject.toml | cut -d' ' -f1)
 override QUICK := $(filter-out 0 no false,$(QUICK))
 ifneq ($(filter-out slurm,$(CLUSTER)),)
 $(error CLUSTER is $(CLUSTER), but only CLUSTER=slurm is known (docs/cluster.md))
@@ -82,7 +84,7 @@ KERNELS := .cache/kernels-compiled
 
 .PHONY: evidence setup setup-test setup-docs run paper compare check test test-fast bench docs package lock schema
 
-setup: $(READY) $(KERNELS) $(EXTRA)
+setup: $(INSTALLED) $(KERNELS) $(EXTRA)
 
 # exec: a signal to what make has started reaches the study, as no shell stands between
 run: setup
@@ -113,7 +115,7 @@ test-fast: setup-test
 	$(BIN)/ruff check .
 	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -m "not slow" -n 2 --dist worksteal
 
-setup-docs: $(READY) $(FOR_TEST) $(FOR_DOCS)
+setup-docs: $(INSTALLED) $(FOR_TEST) $(FOR_DOCS)
 
 docs: setup-docs
 	$(BIN)/python docs/renew.py
@@ -137,7 +139,7 @@ evidence: setup
 	  $(if $(CLUSTER),--workflow-profile profiles/$(CLUSTER),$(if $(PROFILE),--workflow-profile "$(PROFILE)",--cores $(CORES))) $(RULES) \
 	  $(if $(findstring =,$(firstword -$(MAKEFLAGS))),,$(if $(findstring n,$(firstword -$(MAKEFLAGS))),--dry-run --quiet rules host))
 
-$(KERNELS): $(READY) $(shell find src -name '*.py')
+$(KERNELS): $(READY) $(shell find src -name '*.py') | $(INSTALLED)
 	@echo "Compiling kernels (once, about half a minute)"
 	@mkdir -p .cache
 	@$(BIN)/python -m sparsurf.compile_kernels surfaces & job=$$!; \
@@ -145,13 +147,16 @@ $(KERNELS): $(READY) $(shell find src -name '*.py')
 	@touch $@
 
 # JSON Schema and reference page of the config, from its models; what other pages take from tables and code
-schema: $(READY)
+schema: $(INSTALLED)
 	$(BIN)/python -m sparsurf_study.workflow.config
 	$(BIN)/python docs/renew.py
 
 $(READY): envs/requirements.txt
 	$(PYTHON) -m venv --clear $(VENV)
 	$(call install,--require-hashes -r envs/requirements.txt)
+	touch $@
+
+$(INSTALLED): $(READY)
 	$(call install,--no-deps --no-build-isolation --editable .)
 	@for link in $(VENV)/lib/python3*/site-packages/_sparsurf.pth; do echo ../../../../src > $$link; done # read where LC_ALL is C
 	touch $@
