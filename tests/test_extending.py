@@ -249,6 +249,27 @@ def test_the_roughness_the_sampler_and_the_descriptor_are_those_of_the_recipes(r
 
 
 @pytest.mark.slow
+def test_the_command_tabulates_the_descriptor_of_the_recipe(extended, tmp_path):
+    """Its width differs from that of the moments."""
+    pdb = write(tmp_path / "protein.pdb", peptide(STRUCTURE) + "END\n")
+    call(
+        extended,
+        "-m",
+        "sparsurf",
+        "descriptors",
+        pdb,
+        "--at",
+        "0,9",
+        "--descriptor",
+        "extent",
+        "-o",
+        tmp_path / "d.csv",
+    )
+    table = pd.read_csv(tmp_path / "d.csv")
+    assert list(table) == ["dot", "x", "y", "z", "z_0", "z_1"] and (table["z_0"] > 1).all()
+
+
+@pytest.mark.slow
 def test_the_column_the_figure_the_key_and_the_output_are_in_the_results(results):
     residues = pd.read_csv(results / "residues.csv")
     assert residues["area"].min() >= 62.5 and 0 < len(residues) < len(STRUCTURE)

@@ -27,7 +27,6 @@ from sparsurf.errors import InputError, argument
 from sparsurf.evaluation.floors import floors_table, fresh_dots
 from sparsurf.evaluation.minimal_subset import Representation, Subset, represent
 from sparsurf.evaluation.prepared_surface import number_of_tests
-from sparsurf.kinds import COVER
 from sparsurf.patches.index import D_LINK
 from sparsurf.recovery.fields import interpolate_fields
 from sparsurf.recovery.reconstructing import AUTO, reconstruct
@@ -181,7 +180,7 @@ def represented(
     settings = Settings(patches=PatchesSettings(d_link=d_link)).model_copy(update={"minimal": wanted})
     molecule = dots.molecule if dots.placed else None
     result = represent(dots, settings, Streams(seed), molecule, threads=available_cores())
-    if result.subset.sampler != COVER:
+    if not result.touches_every_atom:
         warn_of_gaps("minimal", result.trials.prepared, result.subset.dots)
     return result
 

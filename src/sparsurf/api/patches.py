@@ -82,7 +82,8 @@ def roughness(
     """
     r_patch = LENGTH.check(r_patch, "r_patch")
     kinds.load("roughness", roughness, "roughness")  # refused before dots are placed
-    return roughness_of_dots(as_index(surface, d_link), r_patch, available_cores(), roughness)
+    index = as_index(surface, d_link, r_patch, "r_patch")
+    return roughness_of_dots(index, r_patch, available_cores(), roughness)
 
 
 @public(of_dots=True)
@@ -147,7 +148,7 @@ def descriptors(
     r_zernike = LENGTH.check(r_zernike, "r_zernike")
     check_flag(up, "up")
     kinds.load("descriptor", descriptor, "descriptor")  # refused before dots are placed
-    index = as_index(surface, d_link)
+    index = as_index(surface, d_link, r_zernike, "r_zernike")
     return describe_points(index, _points_at(index, at), r_zernike, bool(up), "at", descriptor)
 
 
@@ -159,7 +160,7 @@ def describe_points(
     name: str,
     descriptor: DescriptorLike = PUBLISHED,
 ) -> np.ndarray:
-    """Return descriptors (T, 121) of the patches around points (T, 3), called `name`; warn of points without a patch."""
+    """Return descriptors (T, width) of the patches around points (T, 3), called `name`; warn of points without a patch."""
     z, sizes = describe_patches(index, points, radius, up, available_cores(), descriptor)
     if n_empty := np.count_nonzero(sizes == 0):
         message = "%s: %d of %d points have no patch, as no dot lies within %g Å; their descriptors are zeros"

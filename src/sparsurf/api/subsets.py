@@ -125,7 +125,8 @@ def _prepared(surface: Any, patches: PatchesSettings, seed: int = DEFAULT_SEED) 
     if isinstance(surface, PreparedSurface):
         return surface
     dots = as_surface(surface, patches.d_link)
-    refuse_sparse(dots.points, patches.d_link, "surface")
+    radii = {"r_patch": patches.r_patch, "r_zernike": patches.r_zernike}
+    refuse_sparse(dots.points, patches.d_link, "surface", radii=radii)
     return PreparedSurface(dots, Settings(patches=patches), None, Streams(seed), available_cores())
 
 

@@ -392,11 +392,11 @@ def as_surface(source: SurfaceLike, d_link: float = D_LINK) -> Surface:
     return surface_of_molecule(as_molecule(given), Placement(), d_link, "surface", 0)
 
 
-def as_index(source: SurfaceLike, d_link: float) -> PatchIndex:
-    """Return the index of all that `as_surface` takes; its dots must lie close enough for `d_link`."""
+def as_index(source: SurfaceLike, d_link: float, radius: float, name: str) -> PatchIndex:
+    """Return the index of all that `as_surface` takes; its dots must suit `d_link`, and patches of a radius called `name`."""
     d_link = LENGTH.check(d_link, "d_link")
     dots = as_surface(source, d_link)
-    refuse_sparse(dots.points, d_link, "surface")
+    refuse_sparse(dots.points, d_link, "surface", radii={name: radius})
     return build_index(dots.points, dots.normals, d_link)
 
 

@@ -13,9 +13,11 @@ from sparsurf.patches.descriptors import PUBLISHED
 from sparsurf.patches.index import R_ZERNIKE
 from sparsurf.patches.zernike.polynomials import indices
 
+OF_MOMENTS = (PUBLISHED, "rotation_robust")  # descriptors whose numbers are magnitudes of moments
+
 EXAMPLES = """\
 The table has a row for each patch: the number of its dot, its position, and the columns z_n_m, which are the 121 magnitudes
-|c_nm|, ordered by n, then by m (in an npz: `dot`, `points`, `z`).
+|c_nm|, ordered by n, then by m (in an npz: `dot`, `points`, `z`); a descriptor of your own has the columns z_0, z_1, ...
 The Euclidean distance between two rows says how different the patches are. Use --down for one partner of a complex.
 
 examples:
@@ -80,13 +82,14 @@ def run(args: argparse.Namespace) -> None:
     points = surface.points[dots]
     table = pd.DataFrame({"dot": dots}).join(pd.DataFrame(points, columns=["x", "y", "z"]))
     arrays = {"dot": dots, "points": points, "z": z}
-    writing.write_table(args.output, table.join(descriptor_table(z)), arrays)
+    writing.write_table(args.output, table.join(descriptor_table(z, args.descriptor)), arrays)
     outputs.report(args, f"{len(dots):,} patches")
 
 
-def descriptor_table(z: np.ndarray) -> pd.DataFrame:
-    """Return a table of descriptors (T, 121), a column for each order."""
-    return pd.DataFrame(z, columns=[f"z_{n}_{m}" for n, m in indices()])
+def descriptor_table(z: np.ndarray, descriptor: str = PUBLISHED) -> pd.DataFrame:
+    """Return a table of descriptors (T, width): columns z_n_m for those of the library, which are moments, else z_0, z_1, ..."""
+    orders = [f"{n}_{m}" for n, m in indices()] if descriptor in OF_MOMENTS else range(z.shape[1])
+    return pd.DataFrame(z, columns=[f"z_{order}" for order in orders])
 
 
 def _numbers(text: str) -> list[int]:

@@ -108,7 +108,9 @@ def run(args: argparse.Namespace) -> None:
             message = f"{share(percent)} %"
         per_area = number(len(few) / result.trials.prepared.area)
         label = sampler_label(few.sampler)
-        chosen = label if few.sampler == COVER else f"chosen by {label}"
+        chosen = f"chosen by {label}"
+        if few.sampler == COVER:
+            chosen = label if result.touches_every_atom else "too few to touch every atom"
         message = f"{len(few):,} of {len(surface):,} dots ({message}; {per_area} per Å^2), {chosen}"
         if few.interval and few.interval[1] > WIDE * few.interval[0]:
             message += ". The interval is wide: --percent keeps a fixed share"

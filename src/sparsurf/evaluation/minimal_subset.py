@@ -1,5 +1,6 @@
 """One surface and the few dots that stand for it: the analysis of the study, of a batch, of functions and commands."""
 
+import logging
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
@@ -39,6 +40,8 @@ from sparsurf.shown import Shown
 from sparsurf.streams import Streams
 from sparsurf.surfaces.radii import radii as radii_of
 from sparsurf.surfaces.surface import Surface, SurfaceOrigin, largest_area
+
+log = logging.getLogger("sparsurf")
 
 DESCRIPTORS_OF_ERRORS = ("published", "rotation_robust")  # whose Z stands in columns of recovered.csv
 INDEPENDENT, NOT_KEPT = "independent dots", "dots not kept"  # on which errors are measured
@@ -125,6 +128,14 @@ class Representation:
     def surface(self) -> Surface:
         """All dots, with their fields."""
         return self.trials.prepared.surface
+
+    @cached_property
+    def touches_every_atom(self) -> bool:
+        """Whether the subset holds the dots by which the sampler cover touches every exposed atom."""
+        atoms = self.trials.atoms
+        if self.subset.sampler != COVER or atoms is None:
+            return False
+        return len(self.subset) >= len(cover_dots(self.surface, atoms))
 
     @property
     def roughness(self) -> np.ndarray:
@@ -255,6 +266,11 @@ def _smallest(
     bound = TAIL_PER_ERROR * error if error_99 is None else error_99
     touching = cover_dots(trials.prepared.surface, trials.atoms)
     dots = smallest_cover(trials, touching, error, bound)
+    if dots is None and request.sampler != AUTO:
+        log.warning(
+            "%s: dots that touch every atom do not determine their spheres here; evenly spread dots were chosen in place of "
+            "those of the sampler %s.", trials.prepared.name or "minimal", COVER,
+        )  # fmt: skip
     if dots is not None and (len(dots) > len(touching) or request.sampler != AUTO):
         return trials, dots, None
     # dots that touch every atom are more than enough, or do not determine their spheres

@@ -192,7 +192,7 @@ class PreparedSurface:
         return sampled, self.uniform(len(sampled), draw)
 
     def describe(self, tests: np.ndarray, up: bool = True) -> tuple[np.ndarray, np.ndarray]:
-        """Compute descriptors of the full surface at test dots, (T, 121), and the patch sizes, (T,)."""
+        """Compute descriptors of the full surface at test dots, (T, width), and the patch sizes, (T,)."""
         return descriptors.describe_patches(self.index, self.points[tests], up=up, **self._kernel)
 
     def distances(
@@ -220,7 +220,7 @@ class PreparedSurface:
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Compute |z_tot - z| of B subsets at T test dots, (R, B, T), and the dots in their patches, (R, B, T); after z_tot.
 
-        `z_tot` (T, 121) is computed in the same pass unless given. `weights` (B, N), by position, are for readings of the full
+        `z_tot` (T, width) is computed in the same pass unless given. `weights` (B, N), by position, are for readings of the full
         surface only. With `approximate`, readings in which a subset forms a surface of its own form it faster, with more error.
         Subsets that are `packed` into words, and their number, are needed again only by such readings.
         """

@@ -71,9 +71,9 @@ def reconstruct_at(
         )
     if origin is not None and origin.model == SPHERES and found.share < MIN_SHARE:
         log.warning(
-            "recover: only %.0f %% of the dots lie on spheres of atoms that follow from them with the probe of %g Å and radii "
-            "'%s' that their file names; the rest is interpolated, with a larger error. If they were placed with others, remove "
-            "the columns probe_radius, radii and model, so that both are inferred.",
+            "recover: only %.0f %% of the dots lie on spheres of atoms that follow from them with their probe of %g Å and "
+            "their radii '%s'; the rest is interpolated, with a larger error. If their file names these wrongly, "
+            "remove its columns probe_radius, radii and model, so that both are inferred.",
             100 * found.share, origin.probe_radius, origin.radii,
         )  # fmt: skip
     return [(found.points, found.normals, found.share) for found in rebuilt]

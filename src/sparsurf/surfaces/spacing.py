@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,6 +17,7 @@ from sparsurf.surfaces.vectors import point, squared_distance
 if TYPE_CHECKING:
     from sparsurf.surfaces.surface import Surface
 
+MIN_RADIUS_PER_SPACING = 2  # a smaller patch holds a dot and its next neighbours, whose normals hardly differ
 MIN_D_LINK_PER_SPACING = 1.3  # below this many median spacings, d_link breaks patches into pieces
 N_NEIGHBOURS = 6  # that estimate the area: within 2 % on surfaces whose area is known
 SPACING_SAMPLE = 16  # dots that the size of the cubes is estimated from
@@ -136,8 +139,9 @@ def refuse_sparse(
     d_link: float,
     name: str,
     remedy: str = f"{DENSER_SURFACE_REMEDY} or a larger {argument('patches.d_link')}",
+    radii: Mapping[str, float] = MappingProxyType({}),
 ) -> None:
-    """Raise InputError if d_link is below `MIN_D_LINK_PER_SPACING` median spacings of the dots, or there is only one dot."""
+    """Raise InputError if the dots lie too far apart for d_link or for radii of patches, by name, or there is only one dot."""
     if len(points) == 1:
         raise InputError(f"{name}: a single dot has no patch; give all dots of a surface.")
     gap = spacing(points)
@@ -147,6 +151,13 @@ def refuse_sparse(
             "distance between "
             f"neighbouring dots ({gap:.3f} Å), so every patch would be fragmented; {remedy}."
         )
+    for key, radius in radii.items():
+        if radius < MIN_RADIUS_PER_SPACING * gap:
+            raise InputError(
+                f"{name}: {argument(key)} = {radius:g} Å is below {MIN_RADIUS_PER_SPACING} times the median distance between "
+                f"neighbouring dots ({gap:.3f} Å), so that a patch would hold little more than its own dot; give a larger "
+                "radius, in Å."
+            )
 
 
 def nearest_neighbours(points: np.ndarray, sample: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -153,3 +153,15 @@ def test_columns_of_these_names_that_say_something_else_are_told(dots, suffix, t
     read = sparsurf.read_surface(path)
     assert not read.fields and read.reconstruction is None
     assert f"{path}: the columns probe_radius, model are left out" in caplog.text
+
+
+def test_a_sampler_that_is_named_is_not_replaced_in_silence(caplog):
+    """The dots that touch the atoms of four residues do not determine their spheres: others are taken, and 'cover' says so."""
+    molecule = sparsurf.read_molecule(ROOT / "data" / "tdp43" / "topology.pdb", residues="209-212")
+    dots = sparsurf.surface(molecule)
+    assert sparsurf.minimal(dots).sampler == "farthest"
+    assert not caplog.messages
+    assert sparsurf.minimal(dots, sampler="cover").sampler == "farthest"
+    assert "evenly spread dots were chosen in place of those of the sampler cover" in caplog.text
+    assert sparsurf.minimal(dots, sampler="cover", n_dots=3).sampler == "cover"
+    assert "3 dots are too few to reconstruct the surface" in caplog.text
