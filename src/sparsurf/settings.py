@@ -198,17 +198,6 @@ class PatchesSettings(Section):
         "Descriptor of a patch: that of the paper, or one that depends very little on the orientation of the molecule.",
     )
 
-    @model_validator(mode="after")
-    def _reaches_linked_dots(self) -> "PatchesSettings":
-        """Refuse radii that look like nm."""
-        for name in ("r_patch", "r_zernike"):
-            if getattr(self, name) < self.d_link:
-                raise ValueError(
-                    f"has {name} = {getattr(self, name):g} Å, below d_link = {self.d_link:g} Å, so that a patch would hold "
-                    f"little more than its own dot; give a larger {name}, in Å."
-                )
-        return self
-
 
 class SamplingSettings(Section):
     """The grid of combinations of alpha, beta, gamma and delta, and two rules of the paper's sampling."""

@@ -15,11 +15,9 @@ from sparsurf.settings import (
 )
 
 DENSITIES = ((SurfaceSettings, "density"), (Minimal, "density"))
+LENGTHS = [(PatchesSettings, name) for name in ("r_patch", "r_zernike", "d_link")]
 LIMITS = [
-    *((*each, [1e-3, 100], [0, 100.1]) for each in (*DENSITIES, (Minimal, "percent"))),
-    # a patch holds more than the dots that its own dot is linked to
-    *((PatchesSettings, name, [0.5, 100], [0, 0.4, 100.1]) for name in ("r_patch", "r_zernike")),
-    (PatchesSettings, "d_link", [1e-3, 4], [0, 4.1, 100.1]),
+    *((*each, [1e-3, 100], [0, 100.1]) for each in (*LENGTHS, *DENSITIES, (Minimal, "percent"))),
     (SurfaceSettings, "probe_radius", [1e-3, 10], [0, 10.1]),
     (Minimal, "error", [1e-3, 10], [0, 10.1]),
     (Minimal, "max_z", [0, 1000], [-0.1, float("inf"), float("nan")]),
