@@ -186,7 +186,7 @@ MISTAKES = [  # key, value, a word of the remedy
     ("ensemble.combination", [0, 1, 1, 1], "alpha"),
     ("changes", {"s": ["a/x/2", "b"]}, "my_protein/c2"),
     ("changes", {"s": ["a", "tdp43"]}, "none of the proteins"),
-    ("minimal.sampler", "mine", "farthest, cover or one of an installed package"),
+    ("minimal.sampler", "mine", " or one of an installed package"),
     ("fields", ["mine"], "hbond or one of an installed package"),
     ("evaluation.readings", ["mine"], "one of kept, kept_scaled, full, recovered ("),
     ("exclude", {"tdp43": 3}, "a string"),
