@@ -703,7 +703,8 @@ def test_make_takes_a_config_with_a_blank_and_refuses_an_unknown_cluster_and_fol
     assert refused.returncode and "link is a link: remove it" in refused.stderr
     for name, wrong in (("é<x>", None), ("a b", "space"), ("a:b", ":"), ("{x}", "{")):
         shutil.copytree(ROOT / "envs", tmp_path / name / "envs")
-        shutil.copy(ROOT / "Makefile", tmp_path / name)
+        for file in ("Makefile", "pyproject.toml"):
+            shutil.copy(ROOT / file, tmp_path / name)
         (tmp_path / name / "src" / "sparsurf").mkdir(parents=True)
         said = make(folder=tmp_path / name).stderr
         assert f"has a {wrong} in its name" in said if wrong else not said
