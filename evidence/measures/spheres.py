@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -92,22 +93,26 @@ def errors_both_ways(
     return dict(zip(ERRORS, map(float, errors), strict=True))
 
 
-def measure_spheres(job: Job) -> None:
-    """Measure the errors of several structures of one group."""
-    params, found, progress = job.params, [], reporter("Spheres", "surfaces")
+def surfaces(params: Any, title: str) -> Iterator[tuple[str, Surface, Streams]]:
+    """Yield the name of each structure that can be read, its surface and its random streams; report the progress."""
+    progress = reporter(title, "surfaces")
     for k, (name, path) in enumerate(params.structures.items()):
         molecule = first_model(name, path, params.hydrogens)
-        if molecule is None:
-            continue
-        streams = Streams(params.seed, f"spheres {name}")
-        known = {"group": params.group, "structure": name, "atoms": molecule.n_atoms}
-        surface = sparsurf.surface(molecule)
+        if molecule is not None:
+            yield name, sparsurf.surface(molecule), Streams(params.seed, f"spheres {name}")
+            progress(k + 1, len(params.structures))
+
+
+def measure_spheres(job: Job) -> None:
+    """Measure the errors of several structures of one group."""
+    params, found = job.params, []
+    for name, surface, streams in surfaces(params, "Spheres"):
+        known = {"group": params.group, "structure": name, "atoms": surface.molecule.n_atoms}
         known["area"] = surface.area.sum()
         more = name in params.measured_more
         densities = sorted([*params.densities, *(params.more_densities if more else [])])
         rows = errors_of(surface, densities, params.of_cover, params.requested_errors, streams, more)
         found += [known | row for row in rows]
-        progress(k + 1, len(params.structures))
         pd.DataFrame(found).to_csv(job.output.errors, index=False)
 
 

@@ -5,9 +5,8 @@ from collections.abc import Iterator, Sequence
 import pandas as pd
 
 import sparsurf
-from sparsurf_study.workflow.jobs import Job, reporter
-from measures.molecules import first_model
-from measures.spheres import COVER, FARTHEST, KEYS, MODELS
+from sparsurf_study.workflow.jobs import Job
+from measures.spheres import COVER, FARTHEST, KEYS, MODELS, surfaces
 from measures.tables import write_tables
 from sparsurf.evaluation.floors import FRESH, fresh_dots
 from sparsurf.evaluation.minimal_subset import DESCRIPTORS_OF_ERRORS, recovered_z, represent
@@ -69,16 +68,11 @@ def z_of_descriptors(
 
 def measure_spheres_z(job: Job) -> None:
     """Tabulate Z of reconstructed surfaces for several structures, and its means; both over the noise floor, too."""
-    params, found, progress = job.params, [], reporter("Z of spheres", "surfaces")
-    for k, (name, path) in enumerate(params.structures.items()):
-        molecule = first_model(name, path, params.hydrogens)
-        if molecule is None:
-            continue
-        streams, surface = Streams(params.seed, f"spheres {name}"), sparsurf.surface(molecule)
+    params, found = job.params, []
+    for name, surface, streams in surfaces(params, "Z of spheres"):
         requested = params.densities, params.of_cover, params.requested_errors
         rows = z_of_descriptors(surface, *requested, params.test_dots, params.draws, streams)
         found += [{"structure": name} | row for row in rows]
-        progress(k + 1, len(params.structures))
     table = pd.DataFrame(found)
     columns = [f"Z_{name}" for name in DESCRIPTORS_OF_ERRORS]
     floor = table[table["sampler"] == FRESH].set_index("structure")[columns]

@@ -210,7 +210,7 @@ def _every(molecule: Molecule, stride: int) -> Molecule:
         return molecule
     with naming_file("the molecule"):
         warn_of_stride(molecule.n_frames, stride)
-    chosen = {name: getattr(molecule, name)[::stride] for name in ("xyz", "time_ps", "frame_number")}
+    chosen = {name: getattr(molecule, name)[::stride] for name in OF_FRAMES}
     return replace(molecule, **chosen)
 
 

@@ -33,7 +33,6 @@ from sparsurf.recovery.reconstructing import (
 )
 from sparsurf.recovery.recovering import REACH, dot_spacing
 from sparsurf.sampling.combination import PUBLISHED_CHOICES, Choices
-from sparsurf.sampling.cover import cover_dots
 from sparsurf.sampling.samplers import farthest, subset_areas, subset_weights
 from sparsurf.settings import TAIL_PER_ERROR, Minimal, Settings
 from sparsurf.shown import Shown
@@ -129,13 +128,11 @@ class Representation:
         """All dots, with their fields."""
         return self.trials.prepared.surface
 
-    @cached_property
+    @property
     def touches_every_atom(self) -> bool:
         """Whether the subset holds the dots by which the sampler cover touches every exposed atom."""
-        atoms = self.trials.atoms
-        if self.subset.sampler != COVER or atoms is None:
-            return False
-        return len(self.subset) >= len(cover_dots(self.surface, atoms))
+        is_cover = self.subset.sampler == COVER and self.trials.atoms is not None
+        return is_cover and len(self.subset) >= len(self.trials.touching)
 
     @property
     def roughness(self) -> np.ndarray:
@@ -264,14 +261,13 @@ def _smallest(
     if trials.sampler != COVER or trials.model == INTERPOLANT or trials.atoms is None:
         return trials, *smallest_subset_of_error(trials, error, hydrogens, error_99)
     bound = TAIL_PER_ERROR * error if error_99 is None else error_99
-    touching = cover_dots(trials.prepared.surface, trials.atoms)
-    dots = smallest_cover(trials, touching, error, bound)
+    dots = smallest_cover(trials, error, bound)
     if dots is None and request.sampler != AUTO:
         log.warning(
             "%s: dots that touch every atom do not determine their spheres here; evenly spread dots were chosen in place of "
             "those of the sampler %s.", trials.prepared.name or "minimal", COVER,
         )  # fmt: skip
-    if dots is not None and (len(dots) > len(touching) or request.sampler != AUTO):
+    if dots is not None and (len(dots) > len(trials.touching) or request.sampler != AUTO):
         return trials, dots, None
     # dots that touch every atom are more than enough, or do not determine their spheres
     model = INTERPOLANT if dots is None and request.model == AUTO else AUTO

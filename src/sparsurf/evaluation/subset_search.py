@@ -163,8 +163,8 @@ def smallest_subset_of_error(
     return subset, interval
 
 
-def smallest_cover(trials: Trials, touching: np.ndarray, error: float, error_99: float) -> np.ndarray | None:
-    """Find few dots, those `touching` every exposed atom first, that reconstruct the surface with a mean and a 99 % error, Å.
+def smallest_cover(trials: Trials, error: float, error_99: float) -> np.ndarray | None:
+    """Find few dots, those that touch every exposed atom first, that reconstruct the surface with a mean and a 99 % error, Å.
 
     The 99 % error bounds the distances of the true surface from the reconstructed one and those of the reconstructed surface from
     the true one, so that no part is missing and none is invented.
@@ -173,7 +173,7 @@ def smallest_cover(trials: Trials, touching: np.ndarray, error: float, error_99:
     """
     surface, atoms, threads = trials.prepared.surface, trials.atoms, trials.prepared.threads
     assert atoms is not None
-    chosen, fewer = touching, 0
+    chosen, fewer = trials.touching, 0
     for k, largest_error in enumerate((*ROUNDS, None), 1):
         tell(
             f"measuring the error of {len(chosen):,} dots that touch every atom, round {k} of at most {len(ROUNDS) + 1}"

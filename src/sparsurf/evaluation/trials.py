@@ -12,6 +12,7 @@ from sparsurf.recovery.errors import TAIL_QUANTILE, distance_to_surface, kept_ou
 from sparsurf.recovery.reconstructing import INTERPOLANT, distance_to_reconstructed
 from sparsurf.recovery.spheres.rebuilding import Rebuilt
 from sparsurf.sampling.combination import PUBLISHED_CHOICES, Choices
+from sparsurf.sampling.cover import cover_dots
 from sparsurf.sampling.samplers import SamplerLike, get_samplers, nearest_kept
 from sparsurf.surfaces.molecular_surface import roll_spheres
 from sparsurf.surfaces.surface import Surface, SurfaceOrigin
@@ -87,6 +88,12 @@ class Trials:
         if n not in self._errors:
             self._errors[n] = self._measure_error(self.draw(n))
         return self._errors[n]
+
+    @cached_property
+    def touching(self) -> np.ndarray:
+        """Dots that touch every exposed atom, (n,) int64, of a surface whose atoms are known."""
+        assert self.atoms is not None
+        return cover_dots(self.prepared.surface, self.atoms)
 
     @cached_property
     def test_surface(self) -> Surface | None:
