@@ -459,19 +459,21 @@ def _joined_arcs(rolling: Rolling) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _probes_at_ends(ends: np.ndarray, probes: np.ndarray) -> np.ndarray:
-    """Return the index of the probe at each end of an arc, or -1; only those near along SORT_DIRECTION are compared."""
+    """Return the index of the nearest probe at each end of an arc, or -1; only those near along SORT_DIRECTION are compared."""
     order = np.argsort(probes @ SORT_DIRECTION)
     height_of_probes, height_of_ends = (probes @ SORT_DIRECTION)[order], ends @ SORT_DIRECTION
     low, high = (
         np.searchsorted(height_of_probes, height_of_ends + shift)
         for shift in (-MEETING_DISTANCE, MEETING_DISTANCE)
     )
-    probe_of_end = np.full(len(ends), -1)
+    probe_of_end, gap = np.full(len(ends), -1), np.full(len(ends), MEETING_DISTANCE)
     for step in range((high - low).max(initial=0)):
         candidates = np.flatnonzero(low + step < high)
         probe = order[low[candidates] + step]
-        meets = np.linalg.norm(probes[probe] - ends[candidates], axis=1) < MEETING_DISTANCE
-        probe_of_end[candidates[meets]] = probe[meets]
+        distance = np.linalg.norm(probes[probe] - ends[candidates], axis=1)
+        # where four atoms nearly touch one probe, two fixed probes are closer to each other than MEETING_DISTANCE
+        closer = distance < gap[candidates]
+        probe_of_end[candidates[closer]], gap[candidates[closer]] = probe[closer], distance[closer]
     return probe_of_end
 
 

@@ -87,6 +87,20 @@ def test_a_mesh_without_its_cavity_is_closed_and_encloses_it():
     assert outside.volume - whole.volume == pytest.approx(table["volume"][1], rel=0.02)
 
 
+def test_no_mesh_keeps_a_hole_where_two_fixed_probes_nearly_coincide():
+    """In a cube of a lattice four atoms touch each probe, so that fixed probes lie in pairs, 1e-8 Å apart."""
+    steps = 3.0 * np.arange(-2, 3)
+    lattice = np.array(np.meshgrid(steps, steps, steps)).reshape(3, -1).T
+    walls = lattice[np.abs(lattice).max(axis=1) > 3], np.full(98, 1.7)
+    rolling = roll(np.add(*relative_positions(walls[0])), walls[1] + 1.4)
+    _, meeting = _joined_arcs(rolling)
+    assert np.bincount(meeting.ravel(), minlength=len(rolling.probes)).tolist() == [3] * len(rolling.probes)
+    outside = sparsurf.mesh(walls, step=0.5)
+    dots = sparsurf.surface(walls, cavities="remove")
+    assert outside.area == pytest.approx(dots.area.sum(), rel=0.01)
+    assert np.linalg.norm(outside.vertices.points, axis=1).min() > 6
+
+
 def test_what_cannot_be_is_refused():
     given = shell(), np.full(200, 1.9)
     with pytest.raises(InputError, match="cavities is 'drop'; it must be keep or remove"):
