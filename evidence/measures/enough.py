@@ -28,7 +28,7 @@ def enough_table(prepared: PreparedSurface, error: float, hydrogens: bool) -> pd
     Returns DataFrame: limit (Å), n_S_percent with its 95 % interval, density (dots per Å^2), and mean, high_99 and largest
     distance in Å.
     """
-    kept, interval = smallest_subset_of_error(Trials(prepared, SAMPLER, 2), error, hydrogens)
+    kept, interval, _ = smallest_subset_of_error(Trials(prepared, SAMPLER, 2), error, hydrogens)
     few = prepared.surface.take(kept)
     distance = distance_to_recovered(
         prepared.points, few.points, few.normals, prepared.threads, DENSITY_FOR_ERRORS
@@ -47,7 +47,7 @@ def coverage_of_error(
     found = []
     for seed in range(seeds):
         of_seed = prepared.with_streams(Streams(seed, prepared.name))
-        kept, interval = smallest_subset_of_error(Trials(of_seed, SAMPLER, 2), error, hydrogens)
+        kept, interval, _ = smallest_subset_of_error(Trials(of_seed, SAMPLER, 2), error, hydrogens)
         found.append((len(kept), *(interval or (np.nan, np.nan))))
     n, low, high = np.array(found).T
     truth, n_dots = float(n.mean()), len(prepared)

@@ -26,6 +26,28 @@ REQUEST_KEYS = ("error", "density", "percent", "n_dots", "max_z", "combination")
 
 DEFAULT_ERROR = 0.02  # Å
 TAIL_PER_ERROR = 5  # 99 % error over the mean error that is requested, with the sampler cover
+# What decides the number of dots that are kept for an error, and how a person is told
+BY_MEAN, BY_FORTH, BY_BACK, BY_ATOMS, BY_FEWEST, BY_ALL = (
+    "mean",
+    "99 % forth",
+    "99 % back",
+    "atoms",
+    "fewest",
+    "all",
+)
+_TAIL = f"by default {TAIL_PER_ERROR} times the mean error, and a larger error_99 keeps fewer dots"
+DECISIONS = {
+    BY_MEAN: "The mean error decides how many dots are kept.",
+    BY_FORTH: "The 99 % error decides how many dots are kept: 99 % of the true surface must lie within error_99 of the "
+    f"reconstructed one, {_TAIL}.",
+    BY_BACK: "The 99 % error decides how many dots are kept: 99 % of the reconstructed surface must lie within error_99 of the "
+    f"true one, {_TAIL}.",
+    BY_ATOMS: "The exposed atoms decide how many dots are kept: a dot touches each of them, and these dots alone meet the errors "
+    "that are requested, so that a somewhat larger error keeps the same dots.",
+    BY_FEWEST: "The smallest number of dots from which a surface is reconstructed decides how many dots are kept: their error is "
+    "smaller than requested.",
+    BY_ALL: "No smaller subset meets the limit, and all dots are kept.",
+}
 
 T = TypeVar("T")
 OR_INSTALLED = "or one of an installed package"  # after the names of a kind

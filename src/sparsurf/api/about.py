@@ -46,6 +46,7 @@ class About:
     files : the file that was read, and that of its trajectory; their checksums are on the page
     model : number of the only model of the file that was read, if it was chosen
     command : the command, or the call, that made the page
+    notes : further sentences
     is_dated : whether the page says its date; the pages of a study follow from its inputs alone
     """
 
@@ -60,6 +61,7 @@ class About:
     files: tuple[Any, ...] = ()
     model: int | None = None
     command: str = ""
+    notes: Sequence[str] = ()
     is_dated: bool = True
 
 

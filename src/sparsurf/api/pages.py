@@ -87,7 +87,7 @@ def page_of_surface(surface: Surface, about: About, colour: str = "roughness") -
     is_coloured_by_kind = colour == "kind" and (surface.kind >= 0).any()
     opens = ("minimal" if len(kept) else "all", "kind" if is_coloured_by_kind else 0)
     messages = about.heard
-    sentences = (*(messages.sentences if messages else ()), *of_fields.sentences)
+    sentences = (*about.notes, *(messages.sentences if messages else ()), *of_fields.sentences)
     notes = Notes(None if messages is None else tuple(messages.left_out), sentences)
     return overview(
         title_of(about, surface),

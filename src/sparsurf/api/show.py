@@ -151,7 +151,7 @@ def surface_to_show(source: Any, trajectory: str | Path | None, frame: int) -> t
     if not isinstance(frame, Integral) or frame != 0:
         raise InputError("show: a frame is that of a molecule; leave it out for dots.")
     if is_subset(source) and (whole := placed_again(source.surface)) is not None:
-        return whole, About(kept=source.dots)
+        return whole, About(kept=source.dots, notes=source.decision)
     with heard(source) as messages:
         dots = as_surface(labelled(source))
     return dots, _about(source, messages, None, 0) if is_path else About()

@@ -447,7 +447,7 @@ def write(
         dots = DotsToWrite(source.surface, table, molecule=atoms, frame=frame, single=True)
     elif is_subset(source):
         is_shown = str(path).lower().removesuffix(".gz").endswith(PAGE_FORMATS)
-        about = About(whole=_whole_of(source) if is_shown else None)
+        about = About(whole=_whole_of(source) if is_shown else None, notes=source.decision)
         dots = DotsToWrite(source.surface, source.table, "weight", atoms, frame, about=about)
     elif isinstance(source, Surface):
         dots = DotsToWrite(source, replace(source, fields={}).to_frame(atoms), molecule=atoms, frame=frame)

@@ -29,8 +29,10 @@ Where an error is requested of a structure, the kept dots touch every exposed at
 from them: 0.15 to 0.2 dots per Å^2 are enough for the default, and 0.26 to 0.34 if the molecule has explicit hydrogens (three
 structures). Such dots serve this reconstruction alone: do not drop some of them at random. Where fewer evenly spread dots
 (--sampler farthest) have both errors, as for large errors, these are kept. All other requests keep evenly spread dots, whose
-number for an error is an estimate that is printed with its 95 % interval. Only the samplers of the paper use the roughness. Z is
-the mean distance between the descriptors of a patch on the full surface and on the kept dots.
+number for an error is an estimate that is printed with its 95 % interval. The command prints what decides the number of dots: the
+mean error, the 99 % error in one of both directions, or the exposed atoms, each of which a dot touches. If it is not the mean
+error, a larger --error saves few dots as long as the mean error is far below it. Only the samplers of the paper use the
+roughness. Z is the mean distance between the descriptors of a patch on the full surface and on the kept dots.
 
 The table has a row for each kept dot: `dot` is its number on the surface, from 0; `weight` is the number of dots that it
 represents; `area` is the area of the surface that is nearer to it than to the other kept dots, in Å^2; `spacing` is the distance
@@ -119,7 +121,7 @@ def run(args: argparse.Namespace) -> None:
             message += f"\n{_error(result)}"
         elif (args.percent, args.n_dots, args.density) == (None, None, None):
             message += ". No smaller subset meets the limit"
-    about = options.about(args, whole=surface)
+    about = options.about(args, whole=surface, notes=few.decision)
     outputs.write_output(
         args, writing.DotsToWrite(few.surface, few.table, "weight", message=message, about=about)
     )
@@ -128,7 +130,7 @@ def run(args: argparse.Namespace) -> None:
 def _error(result: Representation) -> str:
     """Return the sentence on the error of the surface that is reconstructed from the subset."""
     trials, errors = result.trials, result.errors(available_cores()).iloc[0]
-    is_rebuilt = result.subset.model == SPHERES
+    is_rebuilt = errors["model"] == SPHERES
     surface = (
         "rebuilt on the atoms that these dots determine" if is_rebuilt else "interpolated between these dots"
     )
@@ -138,4 +140,5 @@ def _error(result: Representation) -> str:
         f"{errors['high_99']:.3f} Å, largest: {errors['largest']:.2f} Å; measured on {errors['measured_on']}).\n"
         f"Its Z is {errors['Z_published']:.2f}: "
         f"an identical surface has a Z of 0, and the mean patch in place of every patch has a Z of {average:.2f}."
+        + "".join(f"\n{sentence}" for sentence in result.subset.decision)
     )

@@ -15,7 +15,7 @@ from sparsurf.dot_fields.registry import compute_fields, takes_dots
 from sparsurf.errors import InputError, argument
 from sparsurf.evaluation.prepared_surface import PreparedSurface, number_of_tests
 from sparsurf.evaluation.residues import residue_table
-from sparsurf.evaluation.subset_search import find_subset, smallest_cover, smallest_subset_of_error
+from sparsurf.evaluation.subset_search import Found, find_subset, smallest_cover, smallest_subset_of_error
 from sparsurf.evaluation.trials import Trials
 from sparsurf.kinds import COVER, FARTHEST
 from sparsurf.molecules.molecule import Molecule
@@ -32,9 +32,10 @@ from sparsurf.recovery.reconstructing import (
     reconstruct_twice,
 )
 from sparsurf.recovery.recovering import REACH, dot_spacing
+from sparsurf.recovery.spheres.votes import MIN_DOTS
 from sparsurf.sampling.combination import PUBLISHED_CHOICES, Choices
 from sparsurf.sampling.samplers import farthest, subset_areas, subset_weights
-from sparsurf.settings import TAIL_PER_ERROR, Minimal, Settings
+from sparsurf.settings import DECISIONS, TAIL_PER_ERROR, Minimal, Settings
 from sparsurf.shown import Shown
 from sparsurf.streams import Streams
 from sparsurf.surfaces.radii import radii as radii_of
@@ -61,6 +62,8 @@ class Subset(Shown):
         chosen by the sampler cover, whose number follows from the dots themselves
     sampler : str, how the dots were chosen
     model : str, 'spheres' or 'interpolant', how the surface is reconstructed from them where their errors are measured
+    decided_by : str, what decided their number where an error was requested: 'mean', '99 % forth', '99 % back', 'atoms' (a dot
+        touches each exposed atom), 'fewest' (a surface is not reconstructed from fewer) or 'all'; empty for other requests
     measure_errors : function without arguments that measures how far the surface deviates from the reconstructed one
     """
 
@@ -71,6 +74,7 @@ class Subset(Shown):
     interval: tuple[float, float] | None = None
     sampler: str = "farthest"
     model: str = INTERPOLANT
+    decided_by: str = ""
     measure_errors: Callable[[], pd.DataFrame] | None = field(default=None, repr=False)
 
     def __repr__(self) -> str:
@@ -102,6 +106,11 @@ class Subset(Shown):
     def density(self) -> float:
         """Kept dots per Å^2 of the surface; NaN where its area is not known."""
         return len(self) / float(self.surface.area.sum())
+
+    @property
+    def decision(self) -> tuple[str, ...]:
+        """The sentence on what decided the number of dots; none where no error was requested."""
+        return (DECISIONS[self.decided_by],) if self.decided_by else ()
 
     @cached_property
     def error(self) -> float:
@@ -169,7 +178,7 @@ class Representation:
         of_subset |= recovered_z(prepared, back.comparable, self.trials.tests)
         errors.loc[0, list(of_subset)] = list(of_subset.values())
         about = {"measured_on": NOT_KEPT if test is None else INDEPENDENT}
-        about |= {"sampler": few.sampler, "model": few.model}
+        about |= {"sampler": few.sampler, "model": back.model, "decided_by": few.decided_by}
         return errors.assign(**about)
 
     def errors_of_fields(self) -> pd.DataFrame:
@@ -216,9 +225,10 @@ def represent(
         by_spheres = request.model != INTERPOLANT and atoms is not None
         sampler = COVER if request.error is not None and by_spheres else FARTHEST
     trials, interval = Trials(prepared, sampler, n_tests, choices, _model(request, sampler), atoms), None
+    decided_by = ""
     if request.error is not None:
         hydrogens = molecule is not None and not molecule.heavy.all()
-        trials, dots, interval = _smallest(trials, request, hydrogens, choices)
+        trials, (dots, interval, decided_by) = _smallest(trials, request, hydrogens, choices)
         weight = subset_weights(prepared.points, dots)
     else:
         n_s, n_tests = _n_s(request, prepared), len(trials.tests)
@@ -229,13 +239,14 @@ def represent(
     kept = replace(
         surface.take(dots), area=area if area.max() <= largest_area(area) else np.full(len(dots), np.nan)
     )
+    determines_atoms = trials.model != INTERPOLANT and len(dots) >= MIN_DOTS
     if atoms is not None:
-        model = SPHERES if trials.model == SPHERES else request.model
+        model = SPHERES if trials.model == SPHERES and determines_atoms else request.model
         kept = replace(kept, reconstruction=atoms.reconstruction(model))
     if request.model == SPHERES:  # refuse dots that do not lie on spheres
         reconstruct(kept, model=SPHERES, threads=threads)
-    model = INTERPOLANT if trials.model == INTERPOLANT else SPHERES
-    few = Subset(dots, weight, kept, molecule, interval, trials.sampler, model)
+    model = SPHERES if determines_atoms else INTERPOLANT
+    few = Subset(dots, weight, kept, molecule, interval, trials.sampler, model, decided_by)
     measure = partial(Representation(trials, few, molecule).errors, threads)
     return Representation(trials, replace(few, measure_errors=measure), molecule)
 
@@ -252,32 +263,32 @@ def _model(request: Minimal, sampler: str) -> str:
     return request.model if request.model != AUTO else SPHERES if sampler == COVER else INTERPOLANT
 
 
-def _smallest(
-    trials: Trials, request: Minimal, hydrogens: bool, choices: Choices
-) -> tuple[Trials, np.ndarray, tuple[float, float] | None]:
-    """Return the smallest subset of the requested errors and its interval, and the trials of its sampler."""
+def _smallest(trials: Trials, request: Minimal, hydrogens: bool, choices: Choices) -> tuple[Trials, Found]:
+    """Return the smallest subset of the requested errors, and the trials of its sampler."""
     assert request.error is not None
     error, error_99 = request.error, request.error_99
     if trials.sampler != COVER or trials.model == INTERPOLANT or trials.atoms is None:
-        return trials, *smallest_subset_of_error(trials, error, hydrogens, error_99)
+        return trials, smallest_subset_of_error(trials, error, hydrogens, error_99)
     bound = TAIL_PER_ERROR * error if error_99 is None else error_99
-    dots = smallest_cover(trials, error, bound)
-    if dots is None and request.sampler != AUTO:
+    found = smallest_cover(trials, error, bound)
+    if found is None and request.sampler != AUTO:
         log.warning(
             "%s: dots that touch every atom do not determine their spheres here; evenly spread dots were chosen in place of "
             "those of the sampler %s.", trials.prepared.name or "minimal", COVER,
         )  # fmt: skip
-    if dots is not None and (len(dots) > len(trials.touching) or request.sampler != AUTO):
-        return trials, dots, None
+    if found is not None and (len(found.dots) > len(trials.touching) or request.sampler != AUTO):
+        return trials, found
     # dots that touch every atom are more than enough, or do not determine their spheres
-    model = INTERPOLANT if dots is None and request.model == AUTO else AUTO
+    model = INTERPOLANT if found is None and request.model == AUTO else AUTO
     spread = Trials(trials.prepared, FARTHEST, len(trials.tests), choices, model, trials.atoms)
-    if dots is not None and spread.error(len(dots)).over(error, bound) > 1:  # evenly spread, they are too few
-        return trials, dots, None
-    few, interval = smallest_subset_of_error(spread, error, hydrogens, error_99 if dots is None else bound)
-    if dots is not None and len(dots) <= len(few):
-        return trials, dots, None
-    return spread, few, interval
+    if (
+        found is not None and spread.error(len(found.dots)).over(error, bound) > 1
+    ):  # evenly spread, they are too few
+        return trials, found
+    few = smallest_subset_of_error(spread, error, hydrogens, error_99 if found is None else bound)
+    if found is not None and len(found.dots) <= len(few.dots):
+        return trials, found
+    return spread, few
 
 
 def on_molecule(dots: Surface, molecule: Molecule, settings: Settings) -> Surface:

@@ -4,6 +4,7 @@ import logging
 import math
 from collections.abc import Sequence
 from statistics import NormalDist
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,6 +19,7 @@ from sparsurf.recovery.reconstructing import MIN_SHARE
 from sparsurf.sampling.combination import PUBLISHED_CHOICES, Choices
 from sparsurf.sampling.cover import ROUNDS, dots_to_add, errors_of_dots, rebuilt_from
 from sparsurf.sampling.samplers import SamplerLike, get_samplers, subset_weights
+from sparsurf.settings import BY_ALL, BY_ATOMS, BY_FEWEST
 
 log = logging.getLogger("sparsurf")
 
@@ -28,6 +30,14 @@ MOST_MEASUREMENTS = 8  # two or three are enough for evenly spread dots
 STEEPEST, FLATTEST = -3.0, -0.3  # slope of the logarithm of the error over that of n_S
 COVER_SURPLUS = 0.02  # share of the dots that touch every atom by which they may exceed those that are needed
 MAX_DIFFERENCE = 0.1  # warn if the number of dots differs from the request by more than this share
+
+
+class Found(NamedTuple):
+    """The smallest subset of an error: its dots in order, the 95 % interval of their number, and what decided the number."""
+
+    dots: np.ndarray
+    interval: tuple[float, float] | None
+    decided_by: str  # a key of settings.DECISIONS
 
 
 def find_subset(
@@ -120,12 +130,11 @@ def _fewest(trials: Trials, limit: float) -> int:
 
 def smallest_subset_of_error(
     trials: Trials, error: float, hydrogens: bool, error_99: float | None = None
-) -> tuple[np.ndarray, tuple[float, float] | None]:
+) -> Found:
     """Find the smallest subset from which the surface is reconstructed with a mean `error`, Å, and the interval of its size.
 
     With `error_99`, Å, 99 % of the surface also deviates by at most as much.
 
-    Returned are its dots, in order, and the 95 % interval of their number.
     The search starts where the law of `recovery.law` has that error, and follows straight lines through the logarithms of the
     numbers of dots and of the errors that it measures. The interval follows from the standard error of the measured error; it
     is None where the smallest number that is tried is enough, or no number is.
@@ -160,10 +169,11 @@ def smallest_subset_of_error(
         name, len(subset), n_dots, sampler,
         f" (95 %: {interval[0]:.0f} to {interval[1]:.0f})" if interval else "", error,
     )  # fmt: skip
-    return subset, interval
+    decided_by = BY_ALL if n == n_dots else BY_FEWEST if n == fewest else start.decided_by(error, error_99)
+    return Found(subset, interval, decided_by)
 
 
-def smallest_cover(trials: Trials, error: float, error_99: float) -> np.ndarray | None:
+def smallest_cover(trials: Trials, error: float, error_99: float) -> Found | None:
     """Find few dots, those that touch every exposed atom first, that reconstruct the surface with a mean and a 99 % error, Å.
 
     The 99 % error bounds the distances of the true surface from the reconstructed one and those of the reconstructed surface from
@@ -173,7 +183,7 @@ def smallest_cover(trials: Trials, error: float, error_99: float) -> np.ndarray 
     """
     surface, atoms, threads = trials.prepared.surface, trials.atoms, trials.prepared.threads
     assert atoms is not None
-    chosen, fewer = trials.touching, 0
+    chosen, fewer, decided_by = trials.touching, 0, BY_ATOMS
     for k, largest_error in enumerate((*ROUNDS, None), 1):
         tell(
             f"measuring the error of {len(chosen):,} dots that touch every atom, round {k} of at most {len(ROUNDS) + 1}"
@@ -181,8 +191,10 @@ def smallest_cover(trials: Trials, error: float, error_99: float) -> np.ndarray 
         rebuilt = rebuilt_from(surface, atoms, chosen, threads)
         if rebuilt.share < MIN_SHARE:
             return None
-        if trials.error_of(chosen, rebuilt).over(error, error_99) <= 1:
-            return _fewest_of_round(trials, chosen, fewer, error, error_99)
+        measured = trials.error_of(chosen, rebuilt)
+        if measured.over(error, error_99) <= 1:
+            return _fewest_of_round(trials, Found(chosen, None, decided_by), fewer, error, error_99)
+        decided_by = measured.decided_by(error, error_99)
         if largest_error is not None:
             errs = min(largest_error, error_99)
             errors = errors_of_dots(surface, rebuilt, threads)
@@ -191,10 +203,12 @@ def smallest_cover(trials: Trials, error: float, error_99: float) -> np.ndarray 
     return None
 
 
-def _fewest_of_round(
-    trials: Trials, chosen: np.ndarray, too_few: int, error: float, error_99: float
-) -> np.ndarray:
-    """Return the first of the chosen dots, more than `too_few`, that are enough, by bisection to `MAX_SURPLUS`."""
+def _fewest_of_round(trials: Trials, found: Found, too_few: int, error: float, error_99: float) -> Found:
+    """Return the first of the dots that were found, more than `too_few`, that are enough, by bisection to `COVER_SURPLUS`.
+
+    What decides their number is the error that the largest number of dots that is too few exceeds most.
+    """
+    chosen, _, decided_by = found
     sufficient = len(chosen)
     atoms, threads = trials.atoms, trials.prepared.threads
     assert atoms is not None
@@ -204,9 +218,12 @@ def _fewest_of_round(
             f"measuring the error of {middle:,} dots; {sufficient:,} are enough, and {too_few:,} are too few"
         )
         rebuilt = rebuilt_from(trials.prepared.surface, atoms, chosen[:middle], threads)
-        met = trials.error_of(chosen[:middle], rebuilt).over(error, error_99) <= 1
-        too_few, sufficient = (too_few, middle) if met else (middle, sufficient)
-    return chosen[:sufficient]
+        measured = trials.error_of(chosen[:middle], rebuilt)
+        if measured.over(error, error_99) <= 1:
+            sufficient = middle
+        else:
+            too_few, decided_by = middle, measured.decided_by(error, error_99)
+    return Found(chosen[:sufficient], None, decided_by)
 
 
 def _clip(n: float, fewest: int, largest: int) -> int:

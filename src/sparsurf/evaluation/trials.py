@@ -14,6 +14,7 @@ from sparsurf.recovery.spheres.rebuilding import Rebuilt
 from sparsurf.sampling.combination import PUBLISHED_CHOICES, Choices
 from sparsurf.sampling.cover import cover_dots
 from sparsurf.sampling.samplers import SamplerLike, get_samplers, nearest_kept
+from sparsurf.settings import BY_BACK, BY_FORTH, BY_MEAN
 from sparsurf.surfaces.molecular_surface import roll_spheres
 from sparsurf.surfaces.surface import Surface, SurfaceOrigin
 
@@ -23,15 +24,31 @@ TEST_DENSITY = 8.0  # dots per Å^2 of the surface, on which errors are measured
 
 
 class MeasuredError(NamedTuple):
-    """Mean error of the surface reconstructed from a subset, Å, the standard error of its logarithm, and the 99 % error, Å."""
+    """Errors of the surface reconstructed from a subset, Å: mean, standard error of its logarithm, 99 % forth, 99 % back.
+
+    The 99 % error back, of the reconstructed surface from the true one, is 0 where it is not measured.
+    """
 
     mean: float
     log_error: float
     high_99: float = 0.0
+    back_99: float = 0.0
 
     def over(self, error: float, error_99: float | None) -> float:
-        """Return the larger ratio of the mean and the 99 % error to what is requested; at most 1 where both are met."""
-        return max(self.mean / error, 0.0 if error_99 is None else self.high_99 / error_99)
+        """Return the largest ratio of the mean and the 99 % errors to what is requested; at most 1 where all are met."""
+        return max(self._ratios(error, error_99).values())
+
+    def decided_by(self, error: float, error_99: float | None) -> str:
+        """Return the error with the largest of these ratios, as a key of `DECISIONS`."""
+        ratios = self._ratios(error, error_99)
+        return max(ratios, key=lambda name: ratios[name])
+
+    def _ratios(self, error: float, error_99: float | None) -> dict[str, float]:
+        """Return the ratio of each error to what is requested, by key of `DECISIONS`."""
+        ratios = {BY_MEAN: self.mean / error}
+        if error_99 is not None:
+            ratios |= {BY_FORTH: self.high_99 / error_99, BY_BACK: self.back_99 / error_99}
+        return ratios
 
 
 class Trials:
@@ -111,13 +128,13 @@ class Trials:
         return points, distance_to_reconstructed(points, self.few(dots), self.model, threads)
 
     def error_of(self, dots: np.ndarray, rebuilt: Rebuilt) -> MeasuredError:
-        """Measure the error of a surface that is reconstructed from dots already; the 99 % error is that of both directions."""
+        """Measure the errors, in both directions, of a surface that is reconstructed from dots already."""
         test, threads = self.test_surface or self.prepared.surface, self.prepared.threads
         points = kept_out(test.points, dots) if self.test_surface is None else test.points
         errors = distance_to_surface(points, rebuilt.points, rebuilt.normals, threads)
         back = distance_to_surface(rebuilt.points[::BACK_EVERY], test.points, test.normals, threads)
-        high_99 = max(np.quantile(errors, TAIL_QUANTILE), np.quantile(back, TAIL_QUANTILE))
-        return MeasuredError(float(errors.mean()), 0.0, float(high_99))
+        high_99, back_99 = (float(np.quantile(distances, TAIL_QUANTILE)) for distances in (errors, back))
+        return MeasuredError(float(errors.mean()), 0.0, high_99, back_99)
 
     def few(self, dots: np.ndarray) -> Surface:
         """Return the surface of some dots, with what is known of their spheres."""

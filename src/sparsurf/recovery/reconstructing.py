@@ -84,6 +84,7 @@ class Reconstructed(NamedTuple):
 
     dense: Surface  # from whose dots errors are measured
     comparable: Surface  # as dense as the whole surface, for patches and pictures
+    model: str  # 'spheres' if some of the dots lie on inferred atoms, else 'interpolant'
 
     def distances(self, points: np.ndarray, threads: int = 1) -> np.ndarray:
         """Compute the distance (M,), Å, of points from the reconstructed surface."""
@@ -93,27 +94,28 @@ class Reconstructed(NamedTuple):
 def reconstruct_twice(few: Surface, density: float, model: str = AUTO, threads: int = 1) -> Reconstructed:
     """Reconstruct the surface of few dots for its errors, and at `density` dots per Å^2; 'spheres' refuses no dots here."""
     densely, comparable = _densely(few, model, threads, density)
-    return Reconstructed(Surface(*densely), Surface(*comparable))
+    used = SPHERES if densely[2] > 0 else INTERPOLANT
+    return Reconstructed(Surface(*densely[:2]), Surface(*comparable[:2]), used)
 
 
 def _densely(
     few: Surface, model: str, threads: int, *densities: float
-) -> list[tuple[np.ndarray, np.ndarray]]:
+) -> list[tuple[np.ndarray, np.ndarray, float]]:
     """Reconstruct the surface of few dots so densely that errors are measured from its dots, and at further densities.
 
-    Returned are points and normals of each; the model 'spheres' refuses no dots.
+    Returned is of each what `reconstruct` returns; the model 'spheres' refuses no dots.
     """
     if model == INTERPOLANT:
         densities = (DENSITY_FOR_ERRORS, *densities)
-        return [found[:2] for found in reconstruct_at(few, densities, INTERPOLANT, threads=threads)]
+        return reconstruct_at(few, densities, INTERPOLANT, threads=threads)
     dense, *further = reconstruct_at(few, (DENSITY_FOR_SPHERES, *densities), AUTO, threads=threads)
     if dense[2] == 0:
         dense = reconstruct(few, DENSITY_FOR_ERRORS, INTERPOLANT, threads=threads)
-    return [found[:2] for found in (dense, *further)]
+    return [dense, *further]
 
 
 def distance_to_reconstructed(
     points: np.ndarray, few: Surface, model: str = AUTO, threads: int = 1
 ) -> np.ndarray:
     """Compute the distance (M,), Å, of points from the surface of few dots; 'spheres' refuses no dots here."""
-    return distance_to_surface(points, *_densely(few, model, threads)[0], threads)
+    return distance_to_surface(points, *_densely(few, model, threads)[0][:2], threads)

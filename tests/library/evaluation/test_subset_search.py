@@ -51,7 +51,7 @@ def test_the_fewest_dots_of_an_error_are_found_with_few_measurements(scale, powe
     trials, answer = MadeUp(scale, power), scale / error ** (1 / power)
     if not 12 < answer < 1000:
         pytest.skip("not between the fewest dots and all")
-    dots, interval = smallest_subset_of_error(trials, error, hydrogens=False)
+    dots, interval, _ = smallest_subset_of_error(trials, error, hydrogens=False)
     assert len(dots) == pytest.approx(answer, rel=0.006, abs=1)
     assert len(trials.tried) <= 5 and len(set(trials.tried)) == len(trials.tried)
     slope = power if len(trials.tried) > 1 else 1  # that of the law, where one measurement is enough
@@ -62,7 +62,7 @@ def test_the_fewest_dots_of_an_error_are_found_with_few_measurements(scale, powe
 def test_what_was_found_is_told_in_numbers(caplog):
     """The error is 2 / n Å, the standard error of its logarithm 0.3; 1.96 of them are 0.588."""
     with caplog.at_level("INFO", "sparsurf"):
-        _, (low, high) = smallest_subset_of_error(MadeUp(), 0.02, hydrogens=False)
+        _, (low, high), _ = smallest_subset_of_error(MadeUp(), 0.02, hydrogens=False)
         smallest_subset_of_error(MadeUp(), 1.0, hydrogens=False)
     assert caplog.messages == [
         f"made up: reconstructed from 100 of 1000 dots by farthest (95 %: {low:.0f} to {high:.0f}), "
@@ -121,7 +121,7 @@ def test_the_stream_of_a_subset_is_that_of_its_sampler(blob):
         trials = Trials(prepared, name, 9)
         assert np.array_equal(draw_subset(prepared, name, 90), wanted)
         assert np.array_equal(trials.draw(90), wanted) and len(trials.tests) == 9
-        assert trials.error(3000) == (0, 0, 0)
+        assert trials.error(3000) == (0, 0, 0, 0)
 
 
 def test_the_search_starts_where_the_law_says():
@@ -134,14 +134,14 @@ def test_the_search_starts_where_the_law_says():
 def test_all_dots_of_a_tiny_surface_are_needed():
     trials = MadeUp()
     trials.n_dots = 5
-    dots, interval = smallest_subset_of_error(trials, 0.5, hydrogens=False)
+    dots, interval, _ = smallest_subset_of_error(trials, 0.5, hydrogens=False)
     assert len(dots) == 5 and interval is None
 
 
 def test_beyond_the_dots_of_the_surface_there_is_no_interval():
-    for error, n in ((1.0, 12), (0.0001, 1000)):
-        dots, interval = smallest_subset_of_error(MadeUp(), error, hydrogens=False)
-        assert len(dots) == n and interval is None
+    for error, n, reason in ((1.0, 12, "fewest"), (0.0001, 1000, "all")):
+        dots, interval, decided_by = smallest_subset_of_error(MadeUp(), error, hydrogens=False)
+        assert len(dots) == n and interval is None and decided_by == reason
 
 
 @pytest.mark.parametrize(("error", "sampler"), [(0.05, "farthest"), (0.03, "uniform"), (0.04, "poisson")])
@@ -168,7 +168,7 @@ def test_the_error_of_the_error_is_that_of_the_cells_of_the_kept_dots():
         others = np.delete(distance, np.arange(0, 32, 4))
         patch.setattr("sparsurf.evaluation.trials.distance_to_reconstructed", lambda *_: others)
         measured = trials._measure_error(np.arange(0, 32, 4))
-    assert measured == pytest.approx((2.0, 1 / np.sqrt(8) / 2, 3.0))
+    assert measured == pytest.approx((2.0, 1 / np.sqrt(8) / 2, 3.0, 0.0))
 
 
 def test_dots_per_area():

@@ -7,6 +7,7 @@ import sparsurf
 from conftest import ROOT
 from sparsurf.cli import command
 from sparsurf.errors import InputError
+from sparsurf.evaluation.trials import MeasuredError
 from sparsurf.recovery.errors import distance_to_surface
 from sparsurf.sampling.cover import cover_dots
 from sparsurf.surfaces.surface import CONTACT, Reconstruction
@@ -68,6 +69,50 @@ def test_a_smaller_99_percent_error_takes_more_dots(dots, fresh, few):
     evenly = sparsurf.minimal(dots, error=0.05, sampler="farthest")
     bounded = sparsurf.minimal(dots, error=0.05, error_99=0.15, sampler="farthest")
     assert len(evenly) < len(bounded)
+
+
+def test_what_decides_the_number_of_dots_is_what_changes_it(dots, few, tmp_path):
+    """Of a limit that does not decide, a larger value keeps the same dots; the page says which one decides."""
+    assert few.decided_by in ("99 % forth", "99 % back")
+    sparsurf.write(few, tmp_path / "few.html")
+    assert few.decision[0] in (tmp_path / "few.html").read_text() and few.decision[0] in few.show().html
+    looser = sparsurf.minimal(dots, error=0.05, error_99=0.1)
+    assert np.array_equal(looser.dots, few.dots)
+    by_mean = sparsurf.minimal(dots, error=0.003, error_99=5.0)
+    assert by_mean.decided_by == "mean" and len(by_mean) > len(few)
+    assert np.array_equal(sparsurf.minimal(dots, error=0.003, error_99=9.0).dots, by_mean.dots)
+    by_atoms = sparsurf.minimal(dots, error=0.15, sampler="cover")
+    assert by_atoms.decided_by == "atoms"
+    assert np.array_equal(sparsurf.minimal(dots, error=0.2, sampler="cover").dots, by_atoms.dots)
+    assert sparsurf.minimal(dots, percent=5).decided_by == ""
+
+
+@pytest.mark.parametrize(
+    ("measured", "decided_by"),
+    [
+        ((0.04, 0, 0.1, 0.1), "mean"),
+        ((0.01, 0, 0.2, 0.15), "99 % forth"),
+        ((0.01, 0, 0.15, 0.2), "99 % back"),
+    ],
+)
+def test_the_error_that_is_nearest_to_its_limit_decides(measured, decided_by):
+    assert MeasuredError(*measured).decided_by(0.02, 0.1) == decided_by
+    assert MeasuredError(*measured).over(0.02, 0.1) == 2
+    assert MeasuredError(*measured).decided_by(0.02, None) == "mean"
+
+
+def test_dots_that_are_too_few_for_atoms_say_that_they_are_interpolated(dots, fresh):
+    """The atoms of fewer than 100 dots are not inferred, whatever sampler chose them."""
+    few = sparsurf.minimal(dots, error=5)
+    assert len(few) < 100 and (few.model, few.decided_by) == ("interpolant", "fewest")
+    assert few.measure_errors()["model"].eq("interpolant").all()
+    dense = sparsurf.recover(few, density=20, model="interpolant")
+    assert few.error == pytest.approx(
+        distance_to_surface(fresh.points, dense.points, dense.normals).mean(), rel=0.05
+    )
+    touching = sparsurf.minimal(dots, n_dots=99, sampler="cover")
+    assert touching.model == "interpolant" and touching.surface.reconstruction.model == "auto"
+    assert sparsurf.minimal(dots, n_dots=100, sampler="cover").surface.reconstruction.model == "spheres"
 
 
 def test_other_requests_keep_farthest_points(dots):

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from sparsurf.sampling.combination import Combination
-from sparsurf.settings import DEFAULT_ERROR
+from sparsurf.settings import DECISIONS, DEFAULT_ERROR
 from sparsurf.views.numbers import number
 from sparsurf.views.overview.profile import labels_of, panels, roughest
 from sparsurf_study.report.first_page.run import MAX_CARDS, MAX_ROWS, MAX_SHOWN, Cell, Figure, Run, TableLink
@@ -30,11 +30,6 @@ MODEL_SENTENCES = {
     "spheres": " The atoms are inferred from the dots, and the surface is rebuilt on them.",
     "interpolant": " The surface is interpolated between the dots.",
 }
-# Where the mean error is far below the requested one, a reader would ask for fewer dots
-TAIL_SENTENCE = (
-    " 99\xa0% of this surface and of the true one must also lie within minimal.error_99 of each other, by default five times"
-    " the mean error; this limit mostly decides how many dots are needed."
-)
 
 
 def requested_subset(minimal: Mapping[str, Any]) -> SubsetRequest:
@@ -53,18 +48,18 @@ def requested_subset(minimal: Mapping[str, Any]) -> SubsetRequest:
     return SubsetRequest(is_enough, form.format(value))
 
 
-def _model(run: Run) -> str:
-    """Return the model by which the surfaces were reconstructed, where it is the same for all, or nothing."""
+def _of_all(run: Run, column: str) -> str:
+    """Return the text in the first row of a column of recovered.csv, where it is the same for all surfaces, or nothing."""
     tables = [run.read(f"{place}/recovered.csv") for place in run.ending("recovered.csv")]
-    models = {table["model"].iloc[0] for table in tables if "model" in table}
-    return str(models.pop()) if len(models) == 1 else ""
+    texts = {table[column].iloc[0] for table in tables if column in table}
+    return str(texts.pop()) if len(texts) == 1 else ""
 
 
 def of_dots(run: Run) -> dict[str, Any] | None:
     """Collect how many dots are enough, as medians over the surfaces; None where the run has no surface."""
     if not len(run.surfaces):
         return None
-    medians, n, model = run.surfaces.median(numeric_only=True), len(run.surfaces), _model(run)
+    medians, n = run.surfaces.median(numeric_only=True), len(run.surfaces)
     own_figure, path = f"{run.places[0]}/figures/required_dots.png", "required_dots.png"
     path = own_figure if n == 1 and run.has(own_figure) else path
     return {
@@ -77,8 +72,8 @@ def of_dots(run: Run) -> dict[str, Any] | None:
         "density": medians["minimal_density"],
         "mean": medians["recovered_mean"],
         "high_99": run.surfaces["recovered_high_99"].max(),
-        "reconstruction": MODEL_SENTENCES.get(model, ""),
-        "tail": TAIL_SENTENCE if model == "spheres" else "",
+        "reconstruction": MODEL_SENTENCES.get(_of_all(run, "model"), ""),
+        "decision": DECISIONS.get(_of_all(run, "decided_by"), ""),
         "largest": run.surfaces["recovered_largest"].max(),
         "files": _subset_files(run),
         "figure": run.figure(path),
