@@ -27,33 +27,23 @@ from sparsurf.surfaces.components import (
     is_enclosed,
     no_enclosed_centres,
 )
-from sparsurf.surfaces.dot_placement import at_least_one_probe, checked_spheres, relative_positions
+from sparsurf.surfaces.dot_placement import checked_spheres, relative_positions
+from sparsurf.surfaces.exact_distance import nearest_centres
 from sparsurf.surfaces.radii import PROBE_RADIUS
 from sparsurf.surfaces.rolling_probe import (
     ARC_RADIUS,
-    THETA_I,
-    THETA_J,
     Rolling,
     T,
-    U,
-    blocker,
-    nearest_on_arc,
     roll,
 )
-from sparsurf.surfaces.surface import CONCAVE, CONTACT, SADDLE, Surface
+from sparsurf.surfaces.surface import Surface
 from sparsurf.surfaces.vectors import (
-    Cells,
-    Vector,
     add_scaled,
-    cell_column,
     dot,
     point,
-    sort_into_cells,
-    squared_distance,
     subtract,
-    vector_at,
 )
-from sparsurf.threads import bytes_of_memory, parallel_map
+from sparsurf.threads import bytes_of_memory
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -62,7 +52,6 @@ if TYPE_CHECKING:
 GRID_STEP = 0.5  # Å
 # No value on a side of the grid may lie inside, or the mesh would be open there
 MARGIN_STEPS = 2  # of the grid around the surface
-POSITIONS_PER_TASK = 4096
 MAX_GRID_POINTS = 400_000_000  # more would take over 4 GB
 MIN_SHARE_OF_EDGE = 0.02  # between a vertex and the end of its edge
 BYTES_PER_GRID_POINT = 20  # values, cut edges and numbers of vertices
@@ -218,55 +207,16 @@ def _mesh_of_grid(
     rolling, probe = spheres.rolling, spheres.probe
     # A point that an edge of the grid joins to the surface lies at most a diagonal of a cube from it
     limit = probe + math.sqrt(3) * step
-    cells = (
-        sort_into_cells(at_least_one_probe(rolling.probes), limit),
-        sort_into_cells(spheres.relative, (spheres.radii + probe).max() + limit),
-    )
     doubtful = np.flatnonzero(is_doubtful)
     positions = low + step * np.stack(np.unravel_index(doubtful, values.shape), axis=1)
-    gap, *_ = _nearest_centres(positions, rolling, enclosed, cells, limit, threads)
+    gap, *_ = nearest_centres(positions, rolling, enclosed, limit, threads)
     values.ravel()[doubtful] = gap - probe
     vertices, triangles = marching_tetrahedra(values)
     vertices = low + step * vertices
-    gap, centres, kind, atom = _nearest_centres(vertices, rolling, enclosed, cells, limit, threads)
+    gap, centres, kind, atom = nearest_centres(vertices, rolling, enclosed, limit, threads)
     outward = (centres - vertices) / gap[:, None]
     points = centres - probe * outward + spheres.xyz[0]
     return build_mesh(points, outward, triangles, kind, spheres.kept[atom])
-
-
-def _nearest_centres(
-    positions: np.ndarray,
-    rolling: Rolling,
-    enclosed: EnclosedCentres,
-    cells: tuple[Cells, Cells],
-    limit: float,
-    threads: int,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Find the nearest accessible centre that is not enclosed, at most `limit` away.
-
-    Return distance (n,), centre (n, 3), kind and atom (n,).
-    """
-    n = len(positions)
-    gap, centres, kind, atom = np.empty(n), np.zeros((n, 3)), np.zeros(n, np.int8), np.zeros(n, np.int64)
-    probe_cells, atom_cells = cells
-    parallel_map(
-        lambda a, b: _search_centres(
-            positions[a:b],
-            rolling,
-            enclosed,
-            probe_cells,
-            atom_cells,
-            limit,
-            gap[a:b],
-            centres[a:b],
-            kind[a:b],
-            atom[a:b],
-        ),
-        n,
-        threads,
-        POSITIONS_PER_TASK,
-    )
-    return gap, centres, kind, atom
 
 
 @njit(cache=True, nogil=True)
@@ -342,85 +292,6 @@ def _enclosed_points(
                 found[x, y, z] = True
                 waiting.append((x, y, z))
     return found
-
-
-@njit(cache=True, nogil=True)
-def _search_centres(
-    positions: np.ndarray,
-    rolling: Rolling,
-    enclosed: EnclosedCentres,
-    probe_cells: Cells,
-    atom_cells: Cells,
-    limit: float,
-    gap: np.ndarray,
-    centres: np.ndarray,
-    kind: np.ndarray,
-    atom: np.ndarray,
-) -> None:
-    """Fill in `_nearest_centres` of a slice: among the fixed probes, then on the arcs and the patches of the atoms around.
-
-    The atom is that which a dot at this place belongs to, by the rules of `dot_placement`.
-    """
-    for n in range(len(positions)):
-        position, best, nearest = point(positions, n), limit * limit, (0.0, 0.0, 0.0)
-        source = -1  # the fixed probe, the arc or the atom
-        for c in range(9):
-            slot, last = cell_column(probe_cells, position, c)
-            while slot < len(probe_cells.key) and probe_cells.key[slot] <= last:
-                k = probe_cells.order[slot]
-                slot += 1
-                if (
-                    k == len(rolling.probes) or enclosed.probes[k]
-                ):  # `at_least_one_probe` adds one where there is none
-                    continue
-                if squared_distance(point(rolling.probes, k), position) < best:
-                    nearest, kind[n], source = point(rolling.probes, k), CONCAVE, k
-                    best = squared_distance(nearest, position)
-        for c in range(9):
-            slot, last = cell_column(atom_cells, position, c)
-            while slot < len(atom_cells.key) and atom_cells.key[slot] <= last:
-                k = atom_cells.order[slot]
-                slot += 1
-                centre, reach = point(rolling.atoms.centre, k), rolling.atoms.reach[k]
-                w = subtract(position, centre)
-                d = math.sqrt(dot(w, w))
-                if d > reach + math.sqrt(best):
-                    continue
-                for b in range(rolling.first_arc[k], rolling.first_arc[k + 1]):
-                    if enclosed.arcs[b]:
-                        continue
-                    candidate, is_on_arc = nearest_on_arc(position, rolling.arcs[b])
-                    if is_on_arc and squared_distance(candidate, position) < best:
-                        nearest, kind[n], best = candidate, SADDLE, squared_distance(candidate, position)
-                        source = b
-                if (d - reach) ** 2 < best and d > 0:
-                    candidate = add_scaled(centre, reach / d, w)
-                    accessible = blocker(candidate, k, rolling.atoms, -1) < 0
-                    if accessible and not is_enclosed(candidate, k, rolling, enclosed):
-                        nearest, kind[n], best = candidate, CONTACT, (d - reach) ** 2
-                        source = k
-        gap[n] = math.sqrt(best)
-        if source >= 0:
-            atom[n] = _owner(position, nearest, kind[n], source, rolling)
-        centres[n, 0], centres[n, 1], centres[n, 2] = nearest
-
-
-@njit(cache=True, nogil=True)
-def _owner(position: Vector, centre: Vector, kind: int, source: int, rolling: Rolling) -> int:
-    """Return the atom that the point below a probe at `centre` belongs to; `source` is the atom, the arc or the fixed probe."""
-    if kind == CONTACT:
-        return source
-    if kind == SADDLE:
-        arc, w = rolling.arcs[source], subtract(position, centre)
-        theta = math.asin(min(1.0, max(-1.0, dot(w, vector_at(arc, U)) / math.sqrt(dot(w, w)))))
-        return rolling.pair[source, int(2 * theta > arc[THETA_I] + arc[THETA_J])]
-    owner = rolling.triple[source, 0]
-    for c in range(1, 3):
-        other = rolling.triple[source, c]
-        nearest = squared_distance(point(rolling.atoms.centre, owner), position)
-        if squared_distance(point(rolling.atoms.centre, other), position) < nearest:
-            owner = other
-    return owner
 
 
 def _tetrahedra() -> np.ndarray:

@@ -1,0 +1,246 @@
+"""Exact distances from the solvent-excluded surface of spheres, without dots or a mesh of it.
+
+The surface lies at the probe's radius from all places that the probe's centre can take. So the distance of a point from it is
+the probe's radius minus that to the nearest of these places, which lies on the accessible patch of a sphere of centres, on an arc
+or at a fixed probe of `rolling_probe`.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sparsurf.kernels import njit
+from sparsurf.surfaces.components import (
+    OPEN,
+    EnclosedCentres,
+    enclosed_centres,
+    is_enclosed,
+    no_enclosed_centres,
+)
+from sparsurf.surfaces.dot_placement import at_least_one_probe
+from sparsurf.surfaces.rolling_probe import THETA_I, THETA_J, Rolling, U, blocker, nearest_on_arc
+from sparsurf.surfaces.surface import CONCAVE, CONTACT, SADDLE
+from sparsurf.surfaces.vectors import (
+    Cells,
+    Vector,
+    add_scaled,
+    cell_column,
+    dot,
+    point,
+    sort_into_cells,
+    squared_distance,
+    subtract,
+    vector_at,
+)
+from sparsurf.threads import parallel_map
+
+if TYPE_CHECKING:
+    from sparsurf.surfaces.molecular_surface import RolledFrame
+
+POSITIONS_PER_TASK = 4096
+FIRST_DEPTH = 0.5  # Å, to which all points are searched; only those that lie deeper are searched twice as deep each time
+DEEPEST = 10.0  # Å
+
+
+def exact_distance(
+    points: np.ndarray, rolled: RolledFrame, deepest: float = DEEPEST, threads: int = 1
+) -> np.ndarray:
+    """Compute the signed distance of points from the solvent-excluded surface of the spheres that a probe was rolled over.
+
+    It is exact to the 1e-8 Å by which the spheres are shifted before the probe is rolled. Places in cavities count unless
+    `rolled` removes these. The surface is that of `reentrant` 'exact' whatever `rolled` says.
+
+    Parameters
+    ----------
+    points : (N, 3) float, Å
+    rolled : result of `roll_spheres` or `roll_frame`
+    deepest : depth to which places of the probe are searched, Å, default 10
+    threads : number of threads, default 1
+
+    Returns
+    -------
+    (N,) float64, Å: negative inside the surface, down to -`deepest`, which all deeper points get; positive outside, up to the
+    probe's radius, which all points get that the probe's centre can take
+
+    Examples
+    --------
+    >>> from sparsurf.surfaces.molecular_surface import roll_spheres
+    >>> rolled = roll_spheres([[0.0, 0.0, 0.0]], [1.5], probe=1.4)
+    >>> exact_distance(np.array([[1.6, 0.0, 0.0], [0.0, 0.5, 0.0], [9.0, 0.0, 0.0]]), rolled).round(6)
+    array([ 0.1, -1. ,  1.4])
+    """
+    rolling, probe = rolled.rolled.rolling, rolled.rolled.probe
+    enclosed = enclosed_centres(rolling) if rolled.cavities == "remove" else no_enclosed_centres(rolling)
+    positions = np.asarray(points, float) - rolled.rolled.origin
+    cells = sort_into_cells(rolling.atoms.centre, rolling.atoms.reach.max() + probe)
+    is_below = np.empty(len(positions), bool)
+    parallel_map(
+        lambda a, b: _write_is_below(positions[a:b], rolling, enclosed, cells, is_below[a:b]),
+        len(positions),
+        threads,
+        POSITIONS_PER_TASK,
+    )
+    distance, remaining, depth = (
+        np.full(len(positions), probe),
+        np.flatnonzero(is_below),
+        min(FIRST_DEPTH, deepest),
+    )
+    while len(remaining):
+        gap, *_ = nearest_centres(positions[remaining], rolling, enclosed, probe + depth, threads)
+        is_deeper = gap >= probe + depth
+        distance[remaining] = np.where(is_deeper, -depth, probe - gap)
+        if depth == deepest:
+            break
+        remaining, depth = remaining[is_deeper], min(2 * depth, deepest)
+    return distance
+
+
+@njit(cache=True, nogil=True)
+def _write_is_below(
+    positions: np.ndarray, rolling: Rolling, enclosed: EnclosedCentres, cells: Cells, is_below: np.ndarray
+) -> None:
+    """Write whether no probe from outside can have its centre at each position of a slice.
+
+    The way from a position in no sphere to the nearest sphere is free, so that the nearest place there tells about cavities.
+    """
+    centre, reach = rolling.atoms.centre, rolling.atoms.reach
+    has_cavities = np.any(enclosed.atoms != OPEN)
+    certain = cells.size - reach.max()  # no sphere outside of the cells around is nearer than this
+    for n in range(len(positions)):
+        position, nearest, height = point(positions, n), -1, certain
+        for c in range(9):
+            slot, last = cell_column(cells, position, c)
+            while slot < len(cells.key) and cells.key[slot] <= last:
+                k = cells.order[slot]
+                slot += 1
+                above = math.sqrt(squared_distance(point(centre, k), position)) - reach[k]
+                if above < height:
+                    nearest, height = k, above
+        if nearest < 0 and has_cavities:
+            height = np.inf
+            for k in range(len(centre)):
+                above = math.sqrt(squared_distance(point(centre, k), position)) - reach[k]
+                if above < height:
+                    nearest, height = k, above
+        is_below[n] = height < 0
+        if height >= 0 and nearest >= 0:
+            w = subtract(position, point(centre, nearest))
+            touching = add_scaled(point(centre, nearest), reach[nearest] / (height + reach[nearest]), w)
+            is_below[n] = is_enclosed(touching, nearest, rolling, enclosed)
+
+
+def nearest_centres(
+    positions: np.ndarray,
+    rolling: Rolling,
+    enclosed: EnclosedCentres,
+    limit: float,
+    threads: int,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Find the nearest accessible centre that is not enclosed, less than `limit` Å away.
+
+    Return distance (n,), which is `limit` where there is none, centre (n, 3), kind and atom (n,).
+    """
+    n = len(positions)
+    gap, centres, kind, atom = np.empty(n), np.zeros((n, 3)), np.zeros(n, np.int8), np.zeros(n, np.int64)
+    probe_cells = sort_into_cells(at_least_one_probe(rolling.probes), limit)
+    atom_cells = sort_into_cells(rolling.atoms.centre, rolling.atoms.reach.max() + limit)
+    parallel_map(
+        lambda a, b: _search_centres(
+            positions[a:b],
+            rolling,
+            enclosed,
+            probe_cells,
+            atom_cells,
+            limit,
+            gap[a:b],
+            centres[a:b],
+            kind[a:b],
+            atom[a:b],
+        ),
+        n,
+        threads,
+        POSITIONS_PER_TASK,
+    )
+    return gap, centres, kind, atom
+
+
+@njit(cache=True, nogil=True)
+def _search_centres(
+    positions: np.ndarray,
+    rolling: Rolling,
+    enclosed: EnclosedCentres,
+    probe_cells: Cells,
+    atom_cells: Cells,
+    limit: float,
+    gap: np.ndarray,
+    centres: np.ndarray,
+    kind: np.ndarray,
+    atom: np.ndarray,
+) -> None:
+    """Fill in `nearest_centres` of a slice: among the fixed probes, then on the arcs and the patches of the atoms around.
+
+    The atom is that which a dot at this place belongs to, by the rules of `dot_placement`.
+    """
+    for n in range(len(positions)):
+        position, best, nearest = point(positions, n), limit * limit, (0.0, 0.0, 0.0)
+        source = -1  # the fixed probe, the arc or the atom
+        for c in range(9):
+            slot, last = cell_column(probe_cells, position, c)
+            while slot < len(probe_cells.key) and probe_cells.key[slot] <= last:
+                k = probe_cells.order[slot]
+                slot += 1
+                if (
+                    k == len(rolling.probes) or enclosed.probes[k]
+                ):  # `at_least_one_probe` adds one where there is none
+                    continue
+                if squared_distance(point(rolling.probes, k), position) < best:
+                    nearest, kind[n], source = point(rolling.probes, k), CONCAVE, k
+                    best = squared_distance(nearest, position)
+        for c in range(9):
+            slot, last = cell_column(atom_cells, position, c)
+            while slot < len(atom_cells.key) and atom_cells.key[slot] <= last:
+                k = atom_cells.order[slot]
+                slot += 1
+                centre, reach = point(rolling.atoms.centre, k), rolling.atoms.reach[k]
+                w = subtract(position, centre)
+                d = math.sqrt(dot(w, w))
+                if abs(d - reach) > math.sqrt(best):
+                    continue
+                for b in range(rolling.first_arc[k], rolling.first_arc[k + 1]):
+                    if enclosed.arcs[b]:
+                        continue
+                    candidate, is_on_arc = nearest_on_arc(position, rolling.arcs[b])
+                    if is_on_arc and squared_distance(candidate, position) < best:
+                        nearest, kind[n], best = candidate, SADDLE, squared_distance(candidate, position)
+                        source = b
+                if (d - reach) ** 2 < best and d > 0:
+                    candidate = add_scaled(centre, reach / d, w)
+                    accessible = blocker(candidate, k, rolling.atoms, -1) < 0
+                    if accessible and not is_enclosed(candidate, k, rolling, enclosed):
+                        nearest, kind[n], best = candidate, CONTACT, (d - reach) ** 2
+                        source = k
+        gap[n] = math.sqrt(best)
+        if source >= 0:
+            atom[n] = _owner(position, nearest, kind[n], source, rolling)
+        centres[n, 0], centres[n, 1], centres[n, 2] = nearest
+
+
+@njit(cache=True, nogil=True)
+def _owner(position: Vector, centre: Vector, kind: int, source: int, rolling: Rolling) -> int:
+    """Return the atom that the point below a probe at `centre` belongs to; `source` is the atom, the arc or the fixed probe."""
+    if kind == CONTACT:
+        return source
+    if kind == SADDLE:
+        arc, w = rolling.arcs[source], subtract(position, centre)
+        theta = math.asin(min(1.0, max(-1.0, dot(w, vector_at(arc, U)) / math.sqrt(dot(w, w)))))
+        return rolling.pair[source, int(2 * theta > arc[THETA_I] + arc[THETA_J])]
+    owner = rolling.triple[source, 0]
+    for c in range(1, 3):
+        other = rolling.triple[source, c]
+        nearest = squared_distance(point(rolling.atoms.centre, owner), position)
+        if squared_distance(point(rolling.atoms.centre, other), position) < nearest:
+            owner = other
+    return owner

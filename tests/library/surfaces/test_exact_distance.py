@@ -1,0 +1,135 @@
+"""Exact distances from the surface of spheres, against all places of the probe on one, two and three spheres tried one by one."""
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+
+import sparsurf
+from conftest import ROOT, sphere
+from sparsurf.surfaces.exact_distance import exact_distance
+from sparsurf.surfaces.molecular_surface import roll_spheres
+
+PROBE = 1.4
+FAR = 1e6  # Å, in place of the distance of what is not accessible
+
+
+def naive(points, xyz, radii):
+    """Signed distances by the nearest accessible place of all spheres, pairs and triples."""
+    reach = np.asarray(radii) + PROBE
+
+    def accessible(places, *touched):
+        gap = np.linalg.norm(places[:, None] - xyz, axis=2) - reach
+        gap[:, list(touched)] = 0
+        return (gap > -1e-9).all(axis=1)
+
+    best = np.where(accessible(points), 0.0, FAR)
+
+    def offer(places, *touched):
+        away = np.linalg.norm(places - points, axis=1)
+        np.minimum(best, np.where(accessible(places, *touched), away, FAR), out=best)
+
+    for i in range(len(xyz)):
+        w = points - xyz[i]
+        offer(xyz[i] + reach[i] * w / np.linalg.norm(w, axis=1)[:, None], i)
+    for i, j in combinations(range(len(xyz)), 2):
+        d = np.linalg.norm(xyz[j] - xyz[i])
+        axis = (xyz[j] - xyz[i]) / d
+        height = (d**2 + reach[i] ** 2 - reach[j] ** 2) / (2 * d)
+        if d >= reach[i] + reach[j] or height**2 >= reach[i] ** 2:
+            continue
+        middle, radius = xyz[i] + height * axis, np.sqrt(reach[i] ** 2 - height**2)
+        w = points - middle
+        w -= (w @ axis)[:, None] * axis
+        offer(middle + radius * w / np.linalg.norm(w, axis=1)[:, None], i, j)
+        for k in range(j + 1, len(xyz)):
+            # the places at reach of all three, on the circle of i and j
+            to_k = xyz[k] - middle
+            across = to_k - (to_k @ axis) * axis
+            length = np.linalg.norm(across)
+            cosine = (radius**2 + to_k @ to_k - reach[k] ** 2) / (2 * radius * length)
+            if abs(cosine) < 1:
+                e1, e2 = across / length, np.cross(axis, across / length)
+                for sine in (np.sqrt(1 - cosine**2), -np.sqrt(1 - cosine**2)):
+                    place = middle + radius * (cosine * e1 + sine * e2)
+                    offer(np.tile(place, (len(points), 1)), i, j, k)
+    return PROBE - best
+
+
+def shell():
+    """Spheres around a cavity of a few probes, and a hollow that no probe enters."""
+    return 6.0 * sphere(70)[0], np.full(70, 1.9)
+
+
+def molecule():
+    rng = np.random.default_rng(4)
+    return rng.uniform(0, 9, (40, 3)), rng.choice([1.2, 1.6, 1.9], 40)
+
+
+@pytest.mark.parametrize("spheres", [molecule, shell])
+def test_distances_are_those_of_all_places_tried_one_by_one(spheres):
+    xyz, radii = spheres()
+    points = np.random.default_rng(1).uniform(xyz.min(axis=0) - 4, xyz.max(axis=0) + 4, (1500, 3))
+    expected = naive(points, xyz, radii)
+    distance = exact_distance(points, roll_spheres(xyz, radii, PROBE))
+    assert np.abs(distance - expected).max() < 1e-6
+    for sign in (expected < -1.5, expected == PROBE, (expected > 0) & (expected < PROBE)):
+        assert sign.sum() > 10  # each kind of place was tried
+    capped = exact_distance(points, roll_spheres(xyz, radii, PROBE), deepest=0.7)
+    assert np.abs(capped - np.maximum(expected, -0.7)).max() < 1e-6
+
+
+def test_a_removed_cavity_is_inside():
+    xyz, radii = shell()
+    points = np.random.default_rng(1).uniform(-9, 9, (1500, 3))
+    kept, removed = (
+        exact_distance(points, roll_spheres(xyz, radii, PROBE, cavities=each)) for each in ("keep", "remove")
+    )
+    middle = np.linalg.norm(points, axis=1) < 2
+    assert (kept[middle] == PROBE).sum() > 5
+    assert (removed[middle] < -4).all()
+    # what lies nearer to the outside than to the cavity does not change
+    outside = np.linalg.norm(points, axis=1) > 7
+    assert np.abs(removed - kept)[outside].max() == 0
+    assert np.abs(removed[middle] - depth_of_outer_places(points[middle], xyz, radii)).max() < 0.02
+
+
+def depth_of_outer_places(points, xyz, radii):
+    """Signed distances by the places of dense dots without those in cavities."""
+    outer = sparsurf.surface((xyz, radii), cavities="remove", density=30)
+    return PROBE - cKDTree(outer.points + PROBE * outer.normals).query(points)[0]
+
+
+def test_a_probe_in_a_wide_cavity_is_known_far_from_its_wall():
+    xyz, radii = 16.0 * sphere(700)[0], np.full(700, 1.9)
+    middle = np.array([[0.5, 0.2, 0.1], [40.0, 0, 0]])
+    kept, removed = (
+        exact_distance(middle, roll_spheres(xyz, radii, PROBE, cavities=each)) for each in ("keep", "remove")
+    )
+    assert kept.tolist() == [PROBE, PROBE]
+    assert removed.tolist() == [-10.0, PROBE]
+    deep = exact_distance(middle, roll_spheres(xyz, radii, PROBE, cavities="remove"), deepest=30.0)
+    assert deep[0] == pytest.approx(depth_of_outer_places(middle, xyz, radii)[0], abs=0.02)
+
+
+@pytest.mark.parametrize("cavities", ["keep", "remove"])
+def test_dots_lie_on_the_surface_and_shifted_ones_beside_it(cavities):
+    surface = sparsurf.surface(ROOT / "data/tdp43/topology.pdb", cavities=cavities)
+    origin = surface.origin
+    rolled = roll_spheres(origin.xyz, origin.radii, PROBE, cavities=cavities)
+    assert np.abs(exact_distance(surface.points, rolled)).max() < 1e-6
+    for shift in (0.1, -0.1):
+        distance = exact_distance(surface.points + shift * surface.normals, rolled)
+        assert np.median(distance) == pytest.approx(shift, abs=1e-6)
+        # at a cusp the nearest place belongs to the other side
+        assert (np.abs(distance) < 0.1 + 1e-6).all() and np.mean(np.abs(distance - shift) < 1e-6) > 0.9
+
+
+def test_distances_do_not_depend_on_threads_or_order():
+    xyz, radii = molecule()
+    rolled = roll_spheres(xyz, radii, PROBE)
+    points = np.random.default_rng(2).uniform(0, 9, (9000, 3))
+    distance = exact_distance(points, rolled)
+    assert np.array_equal(distance, exact_distance(points, rolled, threads=3))
+    assert np.array_equal(distance[::-1], exact_distance(points[::-1], rolled))
