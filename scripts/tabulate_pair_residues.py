@@ -8,7 +8,7 @@ from sparsurf_study.analysis.tables import read_residues
 from sparsurf_study.pairs.matching import by_residue, on_atoms
 from sparsurf_study.report.scenes import script_text
 
-COLOUR_QUANTILES = {"%LOW%": 0.05, "%HIGH%": 0.95}  # over the residues: both ends of the colour scale
+COLOUR_QUANTILES = [0.05, 0.95]  # over the residues: both ends of the colour scale
 B_FACTOR_OF_BURIED = -1.0  # of residues without dots
 
 with job(snakemake) as s:
@@ -20,7 +20,6 @@ with job(snakemake) as s:
         b_factor = on_atoms(molecule, of_side, "propensity_smoothed", B_FACTOR_OF_BURIED)
         molecule.write_pdb(s.output[f"pdb_{side}"], b_factor=b_factor)
     for script in (s.output.pml, s.output.cxc):
-        text = script_text(f"open_pair{Path(script).suffix}")
-        for mark, quantile in COLOUR_QUANTILES.items():
-            text = text.replace(mark, f"{residues['propensity_smoothed'].quantile(quantile):.3f}")
+        limits = residues["propensity_smoothed"].quantile(COLOUR_QUANTILES).tolist()
+        text = script_text(f"open_pair{Path(script).suffix}", limits)
         Path(script).write_text(text, encoding="utf-8")

@@ -17,7 +17,7 @@ laws = [(0, 2, 0), (0, 6, 0), (1, 2, 2)]
 for ax, (beta, gamma, delta) in zip(axes, laws, strict=True):
     for R in (0.2, 0.5, 0.8):
         ax.plot(r, (1 - R) ** beta * r ** (gamma * (1 + R) + delta), label=f"R = {R}")
-    ax.set_xlabel("$r_{ij}$ / $r_{patch}$")
+    ax.set_xlabel("distance from the centre (patch radii)")
     ax.set_title(f"β = {beta}, γ = {gamma}, δ = {delta}")
 axes[0].set_ylabel("probability (α = 1)")
 axes[0].legend()
@@ -30,6 +30,8 @@ fig = plt.figure(figsize=(9, 4), layout="constrained")
 for k, combination in enumerate([(1, 0, 6, 0), (1, 1, 10, 0)]):
     kept = sparsurf.sample(ready, combination=combination)
     distance, _ = cKDTree(ready.points[kept]).query(ready.points)
-    ax = ready.surface.plot(distance, ax=fig.add_subplot(1, 2, k + 1))
+    ax = ready.surface.plot(
+        distance, ax=fig.add_subplot(1, 2, k + 1), name="distance to a kept dot (Å)"
+    )
     share = len(kept) / len(ready.points)
-    ax.set_title(f"{combination}: {share:.0%} of the dots, Å")
+    ax.set_title(f"{combination}: {share:.0%} of the dots")

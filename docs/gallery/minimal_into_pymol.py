@@ -24,5 +24,5 @@ sparsurf.write(few, folder / "minimal.pml")  # minimal.cxc for ChimeraX
 # dot:
 
 _, nearest = cKDTree(few.points).query(dots.points)
-ax = dots.plot(few.weight[nearest])
+ax = dots.plot(few.weight[nearest], name="weight")
 ax.set_title(f"{len(few)} dots stand for {len(dots)}: their weights")

@@ -27,7 +27,7 @@ image = binned_statistic_2d(x, y, r, bins=25).statistic
 z_nm = sparsurf.descriptors(dots, [dot])[0]
 
 fig = plt.figure(figsize=(10, 3.3), layout="constrained")
-solid = dots.take(own).plot(r, ax=fig.add_subplot(131))
+solid = dots.take(own).plot(r, ax=fig.add_subplot(131), name="distance to the tip (Å)")
 solid.set_title("patch, seen from above")
 flat = fig.add_subplot(132)
 flat.imshow(image.T, origin="lower")

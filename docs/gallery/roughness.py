@@ -13,7 +13,7 @@ molecule = sparsurf.read_molecule("../../data/tdp43/topology.pdb")
 dots = sparsurf.surface(molecule)
 R = sparsurf.roughness(dots)
 
-dots.plot(R).set_title("roughness R of each dot")
+dots.plot(R, name="roughness").set_title("roughness R of each dot")
 
 # %%
 # The mean over the dots of each residue tells which parts of the protein are rough. A gap is a buried residue:

@@ -20,7 +20,8 @@ for frame in range(molecule.n_frames):
 
 fig, ax = plt.subplots(figsize=(8, 4), layout="constrained")
 image = ax.imshow(
-    np.array(rows).T, aspect="auto", origin="lower", extent=(0, 1, 208.5, 269.5)
-)
+    np.array(rows).T, aspect="auto", origin="lower", extent=(0, 1, 208.5, 269.5),
+    vmin=0.2, vmax=0.9,  # as in all pages and figures
+)  # fmt: skip
 ax.set(xlabel="time (ns)", ylabel="residue")
-fig.colorbar(image, label="mean R")
+fig.colorbar(image, label="mean R", extend="both")

@@ -5,8 +5,8 @@ from itertools import pairwise
 
 import numpy as np
 import pandas as pd
-from matplotlib import colormaps
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from sparsurf_study.workflow.jobs import Job
 from measures import fragments
@@ -29,6 +29,7 @@ WHOLE = 90.0  # % from which a patch counts as nearly whole
 ZERO = "link / spacing where d falls below 0"
 BEND = 1.5  # link / spacing up to which the curve bends, also of rows with few dots
 SHARES = np.linspace(0, 100, 11)  # %, limits of the groups of shares
+OTHER_ROWS = "#DDDDDD"
 SHOWN = 2.6  # link / spacing up to which curves are drawn: beyond, they are flat
 
 
@@ -189,26 +190,37 @@ def by_share(table: pd.DataFrame) -> pd.DataFrame:
 
 @styled
 def draw(table: pd.DataFrame, marked: str) -> Figure:
-    """Draw d of all rows and surfaces over link / spacing, with the rows of Table I on the surface `marked` as published."""
-    figure = layout.constrained(layout.PAGE_WIDTH, 84)
-    ax = figure.subplots()
-    colours = colormaps["viridis"](np.linspace(0, 0.92, len(PUBLISHED_ROWS)))
-    for (_, row), curve in table.groupby(["surface", "row"], sort=False):
-        curve = curve.sort_values("ratio")
-        ax.plot(curve["ratio"], curve["d"], color=colours[row - 1], linewidth=0.6, alpha=0.8, zorder=1)
+    """Draw d of all surfaces over link / spacing, a panel for each row of Table I, on the curves of the other rows.
+
+    The published link is marked on the surface `marked`.
+    """
+    figure = layout.constrained(layout.PAGE_WIDTH, 90)
+    panels = figure.subplots(2, len(PUBLISHED_ROWS) // 2, sharex=True, sharey=True)
+    curves = [curve.sort_values("ratio") for _, curve in table.groupby(["surface", "row"], sort=False)]
     published = table[(table["surface"] == marked) & np.isclose(table["d_link"], PUBLISHED_LINK)]
-    for of_row in published.itertuples():
-        ax.plot(of_row.ratio, of_row.d, "o", color=colours[of_row.row - 1], markeredgecolor="black",
-                markeredgewidth=0.6, markersize=5, zorder=3, label=f"row {of_row.row}")  # fmt: skip
-    ax.set_xlim(0.25, SHOWN)
-    ax.axhline(0, color="black", linewidth=0.5, zorder=0)
-    ax.axvline(PERCOLATION, color=layout.GREY, linewidth=0.8, linestyle="--", zorder=0)
-    ax.annotate("discs placed at random percolate: 1.198", (PERCOLATION, 1), (4, -2), ha="left", va="top",
-                xycoords=("data", "axes fraction"), textcoords="offset points", color=layout.GREY)  # fmt: skip
-    ax.set_xlabel("link / spacing of the kept dots")
-    ax.set_ylabel("d among the kept dots")
-    title = f"Table I on {marked},\nlink {PUBLISHED_LINK:g} Å"
-    ax.legend(loc="center right", title=title, title_fontsize=7, ncols=2)
+    for row, ax in enumerate(panels.flat, 1):
+        for curve in curves:
+            is_own = curve["row"].iloc[0] == row
+            style = {"color": layout.DARK, "zorder": 2} if is_own else {"color": OTHER_ROWS, "zorder": 1}
+            ax.plot(curve["ratio"], curve["d"], linewidth=0.6, **style)
+        at = published[published["row"] == row]
+        ax.plot(
+            at["ratio"], at["d"], "o", color=layout.SAMPLED, markeredgecolor="black", markersize=4, zorder=3
+        )
+        ax.axhline(0, color="black", linewidth=0.5, zorder=0)
+        ax.axvline(PERCOLATION, color=layout.GREY, linewidth=0.8, linestyle="--", zorder=0)
+        ax.set_title(f"row {row}")
+        ax.set_xlim(0.25, SHOWN)
+    figure.supxlabel("link / spacing of the kept dots", fontsize=7)
+    figure.supylabel("d among the kept dots", fontsize=7)
+    handles = [
+        Line2D([], [], color=layout.DARK, linewidth=0.6, label="this row, each surface"),
+        Line2D([], [], color=OTHER_ROWS, linewidth=0.6, label="the other rows"),
+        Line2D([], [], color=layout.SAMPLED, marker="o", markeredgecolor="black", linestyle="",
+               label=f"{marked} at the published link, {PUBLISHED_LINK:g} Å"),
+        Line2D([], [], color=layout.GREY, linestyle="--", label=f"discs placed at random percolate: {PERCOLATION:.3f}"),
+    ]  # fmt: skip
+    figure.legend(handles=handles, loc="outside upper left", ncols=4)
     return layout.fix_layout(figure)
 
 

@@ -72,7 +72,7 @@ def figure(prepared: PreparedSurface, combination: Combination) -> Figure:
             share_by_distance(prepared, kept), edges, color=colour, label=name, linewidth=1.6, baseline=None
         )
     axes[2].set(xlim=(0, 1), ylim=(0, 100))
-    axes[2].set_xlabel("distance from the centre / r_patch")
+    axes[2].set_xlabel("distance from the centre (patch radii)")
     axes[2].set_ylabel("kept dots (%)")
     axes[2].legend(loc="upper left")
     layout.panel_title(axes[2], "C", "Kept by distance")

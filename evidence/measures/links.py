@@ -111,7 +111,7 @@ def draw(table: pd.DataFrame) -> Figure:
         ax.set_title(surface)
         ax.set_xticks([0.5, 0.8, 1.1, *BEYOND.values()], ["0.5", "0.8", "1.1", "scaled", "full"])
     for ax in panels[-(-len(surfaces) // 2) :]:
-        ax.set_xlabel("$d_{link}$ (Å)")
+        ax.set_xlabel("link (Å)")
     panels[0].set_ylabel("d")
     figure.legend(handles=panels[0].get_legend_handles_labels()[0], loc="outside upper left", ncols=N_SHOWN)
     return layout.fix_layout(figure)

@@ -149,12 +149,16 @@ def draw(table: pd.DataFrame, paper: str) -> Figure:
                 linewidth=0.8,
                 zorder=3,
             )
+            place, side = (mean[paper, row], own[paper, row]), 1 if row <= len(PUBLISHED_ROWS) / 2 else -1
+            style = {"ha": "left", "va": "top"} if side == 1 else {"ha": "right", "va": "bottom"}
+            ax.annotate(str(row), place, (4 * side, -4 * side), textcoords="offset points", **style)
     ends = np.array([min(own.min(), mean.min()), max(own.max(), mean.max())])
     ax.plot(ends, ends, color="black", linewidth=0.5, zorder=0)
     ax.set_aspect("equal")
     ax.set_xlabel("d with the mean of R for every patch")
     ax.set_ylabel("d with R of each patch")
-    ax.legend(loc="upper left", ncols=2)
+    title = f"rows of Table I; outlined, with its number: {paper}"
+    ax.legend(loc="upper left", ncols=2, markerscale=1.6, title=title, title_fontsize=7, alignment="left")
     return layout.fix_layout(figure)
 
 

@@ -165,9 +165,9 @@ TABLE: dict[str, dict[str, Choice]] = {
     "field": {
         "hydropathy": Choice(
             "sparsurf.dot_fields.registry:hydropathy",
-            "hydropathy",
+            "Kyte-Doolittle hydropathy",
             "Kyte and Doolittle's hydropathy of nearby amino acids.",
-            "Kyte-Doolittle",
+            "",
             ATOMS,
         ),
         "potential": Choice(

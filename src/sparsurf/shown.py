@@ -30,7 +30,7 @@ class Shown:
 
     __slots__ = ()
 
-    def plot(self, values: ArrayLike | None = None, ax: Any = None) -> Axes:
+    def plot(self, values: ArrayLike | None = None, ax: Any = None, *, name: str = "") -> Axes:
         """Draw the result with matplotlib as the reports do, coloured by `values`, one for each of its dots, or by kind.
 
         Parameters
@@ -39,8 +39,12 @@ class Shown:
             Number of each dot, point or vertex.
         ax : Axes, optional
             Where it is drawn (default a new figure).
+        name : str
+            What the values are, such as 'roughness' or the name of a field (default "", not said), written at the scale of the
+            colours. The colours of roughness are those of all pages and figures, from 0.2 (rough) to 0.9 (flat); the colours of
+            other values reach from the lowest to the highest.
         """
-        return functions("views").plot(self, values, ax)
+        return functions("views").plot(self, values, ax, name)
 
     def show(self, values: ArrayLike | str | Path | None = None, *, path: str | Path | None = None) -> Any:
         """Show the result on an interactive page, in the browser if there is no notebook.

@@ -92,17 +92,19 @@ def write_scene(
     numbers: np.ndarray | None = None,
     one_colour: bool = False,
     triangles: np.ndarray | None = None,
+    limits: tuple[float, float] | None = None,
 ) -> None:
     """Write dots, or triangles (F, 3) between them, with the molecule as a cartoon where it is known.
 
     The suffix is .pdb (each dot a HETATM of its own residue DOT), .bild (spheres for ChimeraX), or .pml (a script for PyMOL
-    that holds everything). `numbers` (N,) are B factors and colours; without them, the colours show the kinds of the dots.
+    that holds everything). `numbers` (N,) are B factors, and colours between `limits`, by default the lowest and the highest;
+    without them, the colours show the kinds of the dots.
     """
     path = Path(path)
     if one_colour:
         colours = np.tile(KEPT, (len(surface), 1))
     else:
-        colours = (KIND_COLOURS[surface.kind] if numbers is None else viridis(numbers)) / 255
+        colours = (KIND_COLOURS[surface.kind] if numbers is None else viridis(numbers, limits)) / 255
     if path.suffix.lower() == ".pdb":
         _write_dots_as_pdb(path, surface.points, np.zeros(len(surface)) if numbers is None else numbers)
     elif path.suffix.lower() == ".bild":

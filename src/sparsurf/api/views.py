@@ -16,12 +16,13 @@ import numpy as np
 from sparsurf.api.about import About
 from sparsurf.api.origin import rows_of_surface
 from sparsurf.api.pages import patches_for
+from sparsurf.dot_fields.registry import label_and_unit
 from sparsurf.errors import InputError, argument
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.sampling.samplers import farthest
 from sparsurf.settings import Settings
-from sparsurf.surfaces.formats.ply import KIND_COLOURS, viridis
+from sparsurf.surfaces.formats.ply import KIND_COLOURS, limits_of, viridis
 from sparsurf.surfaces.surface import Surface, real_numbers
 from sparsurf.threads import available_cores
 from sparsurf.views.viewer.page import MAX_DOTS, DotValues, page
@@ -59,7 +60,7 @@ class View:
         Path(path).write_text(self.html, encoding="utf-8")
 
 
-def plot(result: Any, values: ArrayLike | None = None, ax: Any = None) -> Axes:
+def plot(result: Any, values: ArrayLike | None = None, ax: Any = None, name: str = "") -> Axes:
     """Draw a result, in Å, as the reports do: lit discs, seen along its smallest axis, with a scale bar; see `Shown.plot`."""
     try:
         import matplotlib.pyplot as plt
@@ -75,13 +76,16 @@ def plot(result: Any, values: ArrayLike | None = None, ax: Any = None) -> Axes:
     box = ax.get_window_extent()
     shape = tuple(round(size * layout.DPI / ax.figure.dpi) for size in (box.height, box.width))
     camera = render.aim(surface.points, render.along_smallest_axis(surface.points), shape)
-    colours = KIND_COLOURS[surface.kind] if numbers is None else viridis(numbers)
+    limits = limits_of(name)
+    colours = KIND_COLOURS[surface.kind] if numbers is None else viridis(numbers, limits)
     scene = render.draw_surface(surface.points, surface.normals, colours / 255, camera)
     layout.draw_picture(ax, render.picture(scene), camera)
     ax.set_aspect("equal")
     if numbers is not None and np.isfinite(numbers).any():
-        scale = layout.scale(np.nanmin(numbers), np.nanmax(numbers))
-        ax.figure.colorbar(scale, ax=ax, shrink=0.6)
+        scale = layout.scale(*limits or (np.nanmin(numbers), np.nanmax(numbers)))
+        bar = ax.figure.colorbar(scale, ax=ax, shrink=0.6, extend="both" if limits else "neither")
+        label, unit = label_and_unit(name)
+        bar.set_label(f"{label} ({unit})" if unit else label)
     return ax
 
 

@@ -30,7 +30,7 @@ from sparsurf.surfaces.formats.csv import write_csv
 from sparsurf.surfaces.formats.dms import write_dms
 from sparsurf.surfaces.formats.meshes import BY_TRIMESH, write_by_trimesh, write_vtp
 from sparsurf.surfaces.formats.msms import Header, write_faces, write_vertices
-from sparsurf.surfaces.formats.ply import KIND_COLOURS, viridis, write_ply
+from sparsurf.surfaces.formats.ply import KIND_COLOURS, limits_of, viridis, write_ply
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.spheres import write_spheres
 from sparsurf.surfaces.surface import ARRAY_NAMES, Reconstruction, Surface
@@ -114,11 +114,13 @@ class DotsToWrite:
 
     @property
     def values_shown(self) -> np.ndarray | None:
-        """The numbers (N,) that give colours: those of the column `shown`, or of the first field; None for the kinds."""
-        if self.shown:
-            return np.asarray(self._all[self.shown], float)
-        fields = list(self.surface.fields.values())
-        return np.asarray(fields[0], float) if fields else None
+        """The numbers (N,) that give colours; None for the kinds."""
+        return np.asarray(self._all[self.coloured_by], float) if self.coloured_by else None
+
+    @property
+    def coloured_by(self) -> str:
+        """The column that gives colours: `shown`, or the first field; empty for the kinds."""
+        return self.shown or next(iter(self.surface.fields), "")
 
     def to_frame(self) -> pd.DataFrame:
         """Return all columns, in the order of a CSV."""
@@ -196,7 +198,8 @@ def write_dots(output: str | Path, dots: DotsToWrite) -> None:
     def by_trimesh(path: Path) -> None:
         assert dots.faces is not None  # `formats` has these suffixes for meshes only
         numbers = dots.values_shown
-        colours = KIND_COLOURS[surface.kind] if numbers is None else viridis(numbers)
+        limits = limits_of(dots.coloured_by)
+        colours = KIND_COLOURS[surface.kind] if numbers is None else viridis(numbers, limits)
         coloured = dots.coloured and path.suffix != ".stl"
         write_by_trimesh(path, surface.points, surface.normals, dots.faces, colours if coloured else None)
 
@@ -549,7 +552,9 @@ def _write_scene(path: Path, dots: DotsToWrite) -> None:
     molecule, frame = _molecule_of(dots)
     numbers = dots.values_shown
     one_colour = dots.shown == "weight" or (dots.faces is not None and numbers is None)
-    write_scene(path, dots.surface, molecule, frame, numbers, one_colour, dots.faces)
+    write_scene(
+        path, dots.surface, molecule, frame, numbers, one_colour, dots.faces, limits_of(dots.coloured_by)
+    )
 
 
 def _npz(path: Path, arrays: Mapping[str, Any]) -> None:

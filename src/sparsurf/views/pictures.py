@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib import colors
 
-from sparsurf.surfaces.formats.ply import KIND_COLOURS
+from sparsurf.surfaces.formats.ply import KIND_COLOURS, ROUGHNESS_LIMITS
 from sparsurf.views import layout, render
 from sparsurf.views.layout import styled
 from sparsurf.views.overview.profile import chains, labels_of, limits, places_of_labels, roughest, stretches
@@ -60,7 +60,7 @@ def kinds_picture(surface: Surface, name: str) -> Figure:
 @styled
 def roughness_picture(surface: Surface, roughness: np.ndarray, name: str) -> Figure:
     """Draw a surface in the colours of its roughness (N,), on the scale of the reports."""
-    scale = layout.scale(*render.ROUGHNESS_LIMITS)
+    scale = layout.scale(*ROUGHNESS_LIMITS)
     figure = _of_surface(surface, layout.colours(scale, roughness), name)
     bar = figure.colorbar(scale, cax=layout.axes(figure, 88, 8, 2.5, 45), extend="both")
     bar.set_label("roughness $R_i$ (low: rough, high: flat)")

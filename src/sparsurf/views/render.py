@@ -15,7 +15,7 @@ import numpy as np
 
 from sparsurf.kernels import njit
 from sparsurf.orientation import principal_axes
-from sparsurf.surfaces.formats.ply import viridis
+from sparsurf.surfaces.formats.ply import ROUGHNESS_LIMITS, viridis
 
 SUPERSAMPLING = 2  # rendered pixels per pixel of the picture, along each side
 MIN_MEAN_NORMAL = 1e-6  # length of a mean normal that has a direction; shorter ones are rounding errors
@@ -27,7 +27,6 @@ HOLLOW = 1.2  # Å, size and depth of the hollows that are darkened
 CONTOUR_DEPTH = 2.0  # Å, jump in depth at which a contour begins
 DISC_RADIUS = 0.2  # Å, of the disc of a kept dot
 MAX_DISC_RADIUS = 1.2  # Å, of discs that cover the surface around a dot: the curvature of a hydrogen
-ROUGHNESS_LIMITS = 0.2, 0.9  # R_i at the ends of the colours, the same for all surfaces for comparison
 DISTANCE_LIMITS = 0.0, 0.1  # Å, of a surface from the reconstructed one, at the ends of the colours
 THUMBNAIL_PIXELS = 180, 240  # rows and columns
 SCALE_BAR, CAMERA_MARGIN = 10, 6  # Å, and pixels from the corner
@@ -130,8 +129,7 @@ def picture(scene: Scene) -> np.ndarray:
 def thumbnail(points: np.ndarray, normals: np.ndarray, roughness: np.ndarray) -> np.ndarray:
     """Draw a small picture of a surface in the colours of its roughness, with a scale bar."""
     camera = aim(points, along_smallest_axis(points), THUMBNAIL_PIXELS)
-    # two values more, so that the colours have the same range on every surface
-    colours = viridis(np.append(roughness.clip(*ROUGHNESS_LIMITS), ROUGHNESS_LIMITS))[:-2] / 255
+    colours = viridis(roughness, ROUGHNESS_LIMITS) / 255
     image = picture(draw_surface(points, normals, colours, camera))
     left, bottom, length = CAMERA_MARGIN, image.shape[0] - CAMERA_MARGIN, round(SCALE_BAR * camera.scale)
     image[bottom - 2 : bottom, left : left + length] = 0

@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib import colors
 from PIL import Image
 
+from sparsurf.surfaces.formats.ply import ROUGHNESS_LIMITS
 from sparsurf.surfaces.surface import Surface
 from sparsurf.views import layout, render
 
@@ -19,7 +20,7 @@ SMALLEST_DOT = 2.0  # pixels, radius of a kept dot, which would vanish on a larg
 
 def draw_roughness_picture(path: Path | str, surface: Surface, roughness: np.ndarray) -> None:
     """Draw a surface in the colours of its roughness, on the scale of all surfaces."""
-    of_dots = layout.colours(layout.scale(*render.ROUGHNESS_LIMITS), roughness)
+    of_dots = layout.colours(layout.scale(*ROUGHNESS_LIMITS), roughness)
     _save(path, render.draw_surface(surface.points, surface.normals, of_dots, _camera(surface)))
 
 

@@ -229,6 +229,10 @@ def test_dots_have_the_colour_of_their_kind_and_the_atoms_of_their_frame(tmp_pat
     )
     colour = next(line for line in lines[first::-1] if line.startswith(".color"))
     assert np.abs(np.array(colour.split()[1:], float) - [0.99, 0.91, 0.14]).max() < 0.02  # the end of viridis
+    flat = replace(dots, fields={"roughness": np.full(len(dots), 0.9)})
+    sparsurf.write(flat, tmp_path / "flat.bild")
+    colour = (tmp_path / "flat.bild").read_text().splitlines()[0]
+    assert np.abs(np.array(colour.split()[1:], float) - [0.99, 0.91, 0.14]).max() < 0.02  # as on all surfaces
 
 
 def test_a_molecule_is_a_pdb_and_nothing_else(tmp_path):

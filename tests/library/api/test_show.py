@@ -86,7 +86,7 @@ def test_the_ten_roughest_residues_are_those_of_the_table(molecule):
 def test_the_numbers_of_the_page_are_those_of_the_surface_and_its_fields(molecule):
     dots, _, html = molecule
     page, fields = Page(html), sparsurf.fields(dots)
-    values = {"roughness": sparsurf.roughness(dots), "hydropathy (Kyte-Doolittle)": fields["hydropathy"]}
+    values = {"roughness": sparsurf.roughness(dots), "Kyte-Doolittle hydropathy": fields["hydropathy"]}
     values["electrostatic potential (kT/e)"] = fields["potential"]
     rows = {row[0]: row[1:4] for row in next(rows for rows in page.tables if rows[0][0] == "value")[1:]}
     for name, numbers in values.items():
@@ -242,7 +242,7 @@ def test_a_page_says_the_probe_and_the_parts_of_its_surface(tmp_path):
     heads, *rows = next(rows for rows in Page(html).tables if rows[0][0] == "residue")
     assert heads[4:] == [
         "mean height",
-        "mean hydropathy (Kyte-Doolittle)",
+        "mean Kyte-Doolittle hydropathy",
         "mean electrostatic potential (kT/e)",
     ]
     for name, *numbers in rows:
@@ -251,7 +251,7 @@ def test_a_page_says_the_probe_and_the_parts_of_its_surface(tmp_path):
     assert "for a probe with a radius of 1.7 Å." in text
     assert "of 8 residues in 2 chains, of 40 atoms." in text and "Roughness along the chains" in text
     menu = re.search(r"The menu “Colour” shows ([^.]*)\.", text)[1]
-    names = ["the roughness", "height", "hydropathy", "electrostatic potential"]
+    names = ["the roughness", "height", "Kyte-Doolittle hydropathy", "electrostatic potential"]
     assert menu == f"{', '.join(names)} and component of the surface"
     assert "Chain A" in text and "Chain B" in text
     header = header_of(html)

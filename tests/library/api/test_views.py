@@ -20,7 +20,7 @@ from sparsurf import Surface
 from sparsurf.api import views
 from sparsurf.errors import InputError
 from sparsurf.recovery.errors import distance_to_recovered
-from sparsurf.surfaces.formats.ply import KIND_COLOURS
+from sparsurf.surfaces.formats.ply import KIND_COLOURS, ROUGHNESS_LIMITS
 
 
 def colours_of(ax):
@@ -48,6 +48,23 @@ def test_a_picture_is_lit_framed_and_coloured_by_values(blob):
     one_colour = known.plot()
     hue = KIND_COLOURS[1] / KIND_COLOURS[1].max()
     assert np.abs(np.median(colours_of(one_colour), axis=0) - hue).max() < 0.15  # haze whitens a little
+
+
+def test_roughness_has_the_scale_of_all_pages_and_other_values_their_own(blob):
+    dots = Surface(*blob)
+    rough = np.linspace(0.5, 0.6, len(dots))
+    hues, scales = zip(
+        *(
+            (colours_of(ax), ax.figure.axes[1])
+            for ax in (dots.plot(rough, name="roughness"), dots.plot(rough))
+        ),
+        strict=True,
+    )
+    assert scales[0].get_ylim() == pytest.approx(ROUGHNESS_LIMITS) and scales[0].get_ylabel() == "roughness"
+    assert scales[1].get_ylim() == pytest.approx((0.5, 0.6)) and scales[1].get_ylabel() == ""
+    assert hues[0].std(axis=0).mean() < 0.5 * hues[1].std(axis=0).mean()  # a small part of the colours
+    potential = dots.plot(rough, name="potential").figure.axes[1]
+    assert potential.get_ylabel() == "electrostatic potential (kT/e)"
 
 
 def test_a_picture_says_what_it_needs(blob, monkeypatch):

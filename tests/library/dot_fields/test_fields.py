@@ -86,7 +86,7 @@ def test_without_another_width_two_atoms_weigh_as_a_gaussian_of_2_5():
 
 def test_what_fields_are_called_and_measured_in():
     names = {
-        "hydropathy": ("hydropathy", "Kyte-Doolittle"), "potential": ("electrostatic potential", "kT/e"),
+        "hydropathy": ("Kyte-Doolittle hydropathy", ""), "potential": ("electrostatic potential", "kT/e"),
         "bfactor": ("B factor", "Å^2"), "mean_curvature": ("mean curvature", "1/Å"),
         "gaussian_curvature": ("Gaussian curvature", "1/Å^2"), "shape_index": ("shape index", ""),
         "hbond": ("hydrogen-bond donor (1) or acceptor (−1)", ""), "my_score": ("my score", ""),

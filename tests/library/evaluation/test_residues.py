@@ -16,9 +16,9 @@ from small_study import run_script
 from sparsurf.evaluation.residues import residue_table, roughness_over_frames
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.surfaces.formats.npz import write_npz
+from sparsurf.surfaces.formats.ply import ROUGHNESS_LIMITS
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.radii import radii
-from sparsurf.views import render
 
 
 @pytest.fixture(scope="module")
@@ -134,7 +134,7 @@ def test_buried_residues_are_shown_below_all_roughness(molecule, surface, tmp_pa
     run_script("tabulate_residues", tmp_path, inputs | {"fields": []}, outputs)
     spheres = [line.split()[1:] for line in outputs["bild"].read_text().splitlines() if ".sphere" in line]
     assert np.array(spheres, float).tolist() == [[1.5, 0.25, 7, 0.3], [-2, 3, 8, 0.3]]
-    low, high = render.ROUGHNESS_LIMITS
+    low, high = ROUGHNESS_LIMITS
     assert f"structure, {low}, {high}" in outputs["pml"].read_text()
     assert f"range {low},{high}" in outputs["cxc"].read_text()
     structure = gemmi.read_structure(str(outputs["pdb"]))

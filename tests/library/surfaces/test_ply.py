@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 
 from sparsurf.errors import InputError
-from sparsurf.surfaces.formats.ply import AXES, KIND_COLOURS, VERTEX_GREY, viridis, write_ply
+from sparsurf.surfaces.formats.ply import (
+    AXES,
+    KIND_COLOURS,
+    ROUGHNESS_LIMITS,
+    VERTEX_GREY,
+    viridis,
+    write_ply,
+)
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.read_surface import read_surface
 from sparsurf.surfaces.surface import Surface
@@ -174,19 +181,32 @@ def test_the_colours_are_those_of_matplotlib():
 def test_ply_holds_dots_values_and_colours(tmp_path, small):
     values = np.linspace(0.2, 0.8, len(small))
     values[5] = np.nan
-    write_ply(tmp_path / "a.ply", small, values, "roughness", {"weight": small.area})
+    write_ply(tmp_path / "a.ply", small, values, "height", {"weight": small.area})
     vertices, faces = read_ply(tmp_path / "a.ply")
-    assert list(vertices) == ["x", "y", "z", "nx", "ny", "nz", "red", "green", "blue", "roughness", "weight"]
+    assert list(vertices) == ["x", "y", "z", "nx", "ny", "nz", "red", "green", "blue", "height", "weight"]
     np.testing.assert_allclose(np.stack([vertices[k] for k in "xyz"], 1), small.points, rtol=0, atol=5.1e-5)
     normals = np.stack([vertices[k] for k in ("nx", "ny", "nz")], 1)
     np.testing.assert_allclose(normals, small.normals, rtol=0, atol=5.1e-5)
-    np.testing.assert_allclose(vertices["roughness"], values, rtol=1e-5)
+    np.testing.assert_allclose(vertices["height"], values, rtol=1e-5)
     np.testing.assert_allclose(vertices["weight"], small.area, rtol=1e-5)
     assert faces is None and "element face" not in (tmp_path / "a.ply").read_text()  # a point cloud
     # The ends of viridis, its middle, and grey.
     colours = np.column_stack([vertices[channel] for channel in ("red", "green", "blue")])
     assert colours[[0, -1, 5]].tolist() == [[68, 1, 84], [253, 231, 36], [160, 160, 160]]
     assert np.abs(colours[len(small) // 2] - [33, 145, 140]).max() <= 3
+
+
+def test_roughness_has_the_same_colours_on_every_surface(tmp_path):
+    """Whatever else a surface has: dark at the lower limit and below, bright at the upper one and above."""
+    middle = sum(ROUGHNESS_LIMITS) / 2
+    for others in ([0.3, 0.4], [0.0, 1.0]):
+        values = np.array([*ROUGHNESS_LIMITS, middle, *others])
+        surface = Surface(np.eye(5, 3) + np.arange(5)[:, None], np.eye(3)[[0, 1, 2, 0, 1]])
+        write_ply(tmp_path / "a.ply", surface, values, "roughness")
+        vertices, _ = read_ply(tmp_path / "a.ply")
+        colours = np.column_stack([vertices[channel] for channel in ("red", "green", "blue")])
+        assert colours[:3].tolist() == [[68, 1, 84], [253, 231, 36], [32, 144, 140]]
+    assert colours[3:].tolist() == colours[:2].tolist()
 
 
 def test_without_values_the_colours_tell_the_kinds_of_dots(tmp_path, small):
@@ -203,7 +223,7 @@ def test_without_values_the_colours_tell_the_kinds_of_dots(tmp_path, small):
 
 def test_ply_of_a_few_dots_and_of_constant_values(tmp_path):
     surface = Surface(np.eye(3), np.eye(3))
-    write_ply(tmp_path / "a.ply", surface, np.ones(3))
+    write_ply(tmp_path / "a.ply", surface, np.ones(3), "height")
     vertices, faces = read_ply(tmp_path / "a.ply")
     assert len(vertices["x"]) == 3 and faces is None
     assert [vertices[channel][0] for channel in ("red", "green", "blue")] == [

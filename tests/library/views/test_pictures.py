@@ -10,7 +10,7 @@ from conftest import ball
 from peptides import peptide
 from sparsurf import Surface
 from sparsurf.cli import command
-from sparsurf.surfaces.formats.ply import KIND_COLOURS
+from sparsurf.surfaces.formats.ply import KIND_COLOURS, ROUGHNESS_LIMITS
 from sparsurf.views import layout, pictures, render
 
 
@@ -45,7 +45,7 @@ def ellipsoid(n=2000):
 
 def test_a_surface_has_the_colours_of_its_roughness_on_the_scale_of_the_reports():
     points, normals = ellipsoid()
-    low, high = render.ROUGHNESS_LIMITS
+    low, high = ROUGHNESS_LIMITS
     figure = pictures.roughness_picture(Surface(points, normals), np.where(points[:, 0] < 0, low, high), "p")
     bar = next(ax for ax in figure.axes if not ax.images)
     assert bar.get_ylim() == pytest.approx((low, high)) and "low: rough" in bar.get_ylabel()

@@ -12,7 +12,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pandas as pd
 import pytest
-from figure_cases import AWKWARD, PICTURES, enough, grid, trajectory
+from figure_cases import AWKWARD, PICTURES, enough, grid, sphere, trajectory
 from matplotlib import __version__, colormaps, rcParams
 from matplotlib.image import imread
 from matplotlib.text import Text
@@ -20,10 +20,13 @@ from matplotlib.text import Text
 from drawn import MADE_BY, check_texts, differs, of_another_matplotlib
 from small_study import run_script
 from sparsurf import kinds
+from sparsurf.arguments import INTERPOLANT, SPHERES
 from sparsurf.recovery.law import error_at
 from sparsurf.sampling.combination import Combination
 from sparsurf.settings import Settings
-from sparsurf.views import layout, render
+from sparsurf.surfaces.formats.ply import ROUGHNESS_LIMITS
+from sparsurf.surfaces.surface import Surface
+from sparsurf.views import layout
 from sparsurf_study.report.figures import (
     d_over_grid,
     frames,
@@ -31,6 +34,7 @@ from sparsurf_study.report.figures import (
     pair_figures,
     rough_and_flat,
     roughness,
+    subsets,
 )
 from sparsurf_study.report.numbers import better_than_uniform
 
@@ -54,6 +58,7 @@ WORDS = {  # with numbers that follow from the invented tables by hand
     "rough_and_flat": ["mean patch for all, 1.50", "fresh dots, 0.50"],
     "subsets": ["p/c1: 45 dots reconstruct the surface", "the surface 400 dots",
                 "the paper's best, (1, 0, 6, 0) 200 dots, 50.0 %", "random subset of the same size 200 dots, 50.0 %"],
+    "required_dots": ["p/c1: 13.0 % of the dots, mean error 0.020 Å"],
     "required_dots_of_many": ["median of 7: 16.0 % of the dots, error 0.017 Å"],
     "ensemble": ["mean 40.00, sd 0.71", "mean 0.6000, sd 0.0071", "mean 1.02, sd 0.14", "mean −0.96, sd 0.13",
                  "α = 1, β = 0, γ = 6, δ = 4", "moving mean, 5 frames"],
@@ -106,10 +111,8 @@ def test_the_figures_of_a_surface_are_drawn_from_its_own_results(study, tmp_path
         name: {" ".join(text.get_text().split()) for text in figure.findobj(Text)}
         for name, figure in drawn.items()
     }
-    assert (
-        f"{recovered['n_S_percent']:.1f} % of the dots, mean error {recovered['mean']:.3f} Å"
-        in texts["required_dots"]
-    )
+    head = f"{recovered['n_S_percent']:.1f} % of the dots, mean error {recovered['mean']:.3f} Å"
+    assert any(words.endswith(head) for words in texts["required_dots"])
     head = f"{len(minimal)} dots reconstruct the surface to {recovered['mean']:.3f} Å on average"
     assert any(words.endswith(head) for words in texts["subsets"])
     sampled, uniform, few = (
@@ -168,18 +171,19 @@ def test_time_has_its_unit(step, label, last):
 
 
 def test_the_law_and_the_subset_are_drawn_where_they_are():
-    (ax,) = enough().axes
-    drawn = [line.get_xydata() for line in ax.lines]
-    *laws, mean, high = drawn
-    law = laws[0]
-    for line, (hydrogens, column) in zip(laws, product((False, True), (0, 1)), strict=True):
-        expected = [error_at(density, hydrogens=hydrogens)[column] for density in line[:, 0]]
-        assert line[:, 1] == pytest.approx(expected)
-    assert law[:, 0].min() == pytest.approx(0.15) and law[:, 0].max() == pytest.approx(
-        2.4
-    )  # as far as was measured
-    assert (mean.tolist(), high.tolist()) == ([[0.7, 0.02]], [[0.7, 0.1]])
-    assert ax.get_title(loc="left") == "13.0 % of the dots, mean error 0.020 Å"
+    """Of both models, so that a subset is compared with evenly spread dots that are reconstructed as it is."""
+    for quantity, (ax, error) in enumerate(zip(enough().axes, (0.02, 0.1), strict=True)):
+        *laws, subset = ax.lines
+        for line, (hydrogens, model) in zip(
+            laws, product((False, True), (INTERPOLANT, SPHERES)), strict=True
+        ):
+            density, drawn = line.get_xydata().T
+            expected = [error_at(x, hydrogens=hydrogens, model=model)[quantity] for x in density]
+            assert drawn == pytest.approx(expected)
+            assert (density.min(), density.max()) == pytest.approx((0.15, 2.4))  # as far as was measured
+            is_alike = line.get_color() == subset.get_color()
+            assert is_alike == (model == SPHERES)  # the model of the subset
+        assert subset.get_xydata().tolist() == [[0.7, error]]
 
 
 def test_a_cell_of_the_map_has_the_colour_of_its_d():
@@ -209,10 +213,27 @@ def test_the_histogram_counts_the_roughness_in_the_colours_of_the_surface():
     counts, edges = np.histogram(rough, 50)
     assert [patch.get_height() for patch in histogram.patches] == counts.tolist()
     assert histogram.lines[0].get_xdata()[0] == pytest.approx(rough.mean())
-    low, high = render.ROUGHNESS_LIMITS
+    low, high = ROUGHNESS_LIMITS
     wanted = colormaps["viridis"](np.clip(((edges[:-1] + edges[1:]) / 2 - low) / (high - low), 0, 1))
     np.testing.assert_allclose([patch.get_facecolor() for patch in histogram.patches], wanted)
     assert bar.get_ylim() == pytest.approx((low, high))  # whatever the surface
+
+
+def test_residues_over_time_have_the_colours_of_the_surface():
+    image = PICTURES["residues_over_time"]().axes[0].images[0]
+    assert (image.norm.vmin, image.norm.vmax) == ROUGHNESS_LIMITS  # whatever the frames
+    assert np.nanmax(image.get_array()) < ROUGHNESS_LIMITS[1]
+
+
+def test_most_distances_fill_more_than_two_bars_of_the_histogram():
+    """Those of a surface from few dots: most are a thousand times smaller than the largest."""
+    distance = np.random.default_rng(0).lognormal(np.log(0.0015), 1.2, 3000)
+    distance[:30] = 0.4
+    points, normals = sphere(3000)
+    whole = Surface(points, normals)
+    drawn = subsets.figure(whole, [("some", whole[::9], "black")], ("back", whole, distance, np.arange(3000)))
+    heights = np.array([bar.get_height() for bar in drawn.axes[-1].patches])
+    assert heights.sum() == 3000 and (heights > 0.01 * heights.max()).sum() > 15
 
 
 @pytest.mark.parametrize("name", ["d_over_grid"])

@@ -33,6 +33,8 @@ log = logging.getLogger("sparsurf")
 
 # Contact, saddle, concave, unknown
 KIND_COLOURS = np.array([[86, 180, 233], [230, 159, 0], [0, 158, 115], [160, 160, 160]], np.uint8)
+# Of R at the ends of the colours, the same in all figures, pages and files, so that surfaces can be compared
+ROUGHNESS_LIMITS = 0.2, 0.9
 VERTEX_GREY = np.array([160, 160, 160], np.uint8)
 AXES, COLOUR_CHANNELS = ("x", "y", "z", "nx", "ny", "nz"), ("red", "green", "blue")
 VIRIDIS = np.load(Path(__file__).with_name("viridis.npy"))  # (256, 3) uint8, so that matplotlib is not needed
@@ -66,7 +68,7 @@ def write_ply(
     for key, column in properties.items():
         if len(column) != len(surface):
             raise InputError(f"surface: {len(column)} values of {key} for {len(surface)} dots.")
-    colours = KIND_COLOURS[surface.kind] if values is None else viridis(values)
+    colours = KIND_COLOURS[surface.kind] if values is None else viridis(values, limits_of(name))
     table = dict(zip(AXES, np.hstack([surface.points, surface.normals]).T, strict=True))
     types = dict.fromkeys([*AXES, *properties], "float")
     if coloured:
@@ -118,12 +120,21 @@ def _write_text(
         stream.writelines(f"3 {a} {b} {c}\n" for a, b, c in faces.tolist())
 
 
-def viridis(values: ArrayLike) -> np.ndarray:
-    """Colour values (N,) from the smallest to the largest with viridis, (N, 3) uint8; NaN and infinity are grey."""
+def limits_of(name: str) -> tuple[float, float] | None:
+    """Return the values at the ends of the colours of a field or column; None if these are its lowest and highest."""
+    return ROUGHNESS_LIMITS if name in ("roughness", "mean_roughness") else None
+
+
+def viridis(values: ArrayLike, limits: tuple[float, float] | None = None) -> np.ndarray:
+    """Colour values (N,) with viridis, (N, 3) uint8; NaN and infinity are grey.
+
+    The ends of the colours are `limits`, by default the smallest and the largest value.
+    """
     values = np.asarray(values, dtype=float)
     has_value = np.isfinite(values)
     low, high = (values[has_value].min(), values[has_value].max()) if has_value.any() else (0.0, 0.0)
-    scaled = (values - low) / (high - low) if high > low else np.full(len(values), 0.5)
+    low, high = limits or (low, high)
+    scaled = (values.clip(low, high) - low) / (high - low) if high > low else np.full(len(values), 0.5)
     colours = VIRIDIS[np.minimum(np.where(has_value, scaled, 0) * len(VIRIDIS), len(VIRIDIS) - 1).astype(int)]
     return np.where(has_value[:, None], colours, VERTEX_GREY)
 

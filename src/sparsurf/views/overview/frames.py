@@ -9,11 +9,11 @@ import numpy as np
 import pandas as pd
 
 from sparsurf.molecules.molecule import Molecule
+from sparsurf.surfaces.formats.ply import ROUGHNESS_LIMITS
 from sparsurf.views.explorer.page import ResidueValues, ShownFrames, around_molecule
 from sparsurf.views.explorer.shapes import Shape
 from sparsurf.views.overview.page import N_OPEN, render_template
 from sparsurf.views.overview.profile import labels_of, panels
-from sparsurf.views.render import ROUGHNESS_LIMITS
 
 N_CHANGING = 10  # residues of the table
 TEMPLATE = "frames.html.j2"

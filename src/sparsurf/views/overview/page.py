@@ -14,6 +14,7 @@ import pandas as pd
 from sparsurf.dot_fields.registry import label_and_unit
 from sparsurf.patches.index import D_LINK
 from sparsurf.surfaces.components import COMPONENT_FIELD
+from sparsurf.surfaces.formats.ply import ROUGHNESS_LIMITS
 from sparsurf.version import __version__
 from sparsurf.views import explorer
 from sparsurf.views.explorer.page import (
@@ -27,7 +28,7 @@ from sparsurf.views.explorer.page import (
 from sparsurf.views.explorer.shapes import Shape
 from sparsurf.views.numbers import number
 from sparsurf.views.overview.profile import PROFILE_CSS, labels_of, panels, roughest
-from sparsurf.views.render import ROUGHNESS_LIMITS, along_smallest_axis
+from sparsurf.views.render import along_smallest_axis
 from sparsurf.views.viewer import page as viewer
 
 if TYPE_CHECKING:

@@ -26,9 +26,9 @@ from sparsurf.sampling.samplers import farthest, sampler_label
 from sparsurf.settings import Settings
 from sparsurf.streams import Streams
 from sparsurf.surfaces.components import COMPONENT_FIELD, fields_without_component
-from sparsurf.surfaces.formats.ply import KIND_COLOURS, VERTEX_GREY, viridis
+from sparsurf.surfaces.formats.ply import KIND_COLOURS, ROUGHNESS_LIMITS, VERTEX_GREY, limits_of, viridis
 from sparsurf.surfaces.spacing import spacing
-from sparsurf.views.render import DISTANCE_LIMITS, ROUGHNESS_LIMITS
+from sparsurf.views.render import DISTANCE_LIMITS
 from sparsurf.views.viewer.packing import OCTAHEDRON, flat_normals, in_steps, pack
 
 if TYPE_CHECKING:
@@ -41,9 +41,9 @@ COORDINATE_STEP = 0.001  # Å, the precision of a DMS file
 CENTRE_STEPS = 1e7  # of the R_i of a centre, on which p depends
 VIEWER_SCRIPTS = ["unpack.js", "sampling.js", "gl.js", "scene.js", "drawing.js", "page.js"]
 SHEET_STEP = 0.02  # Å, of the corners of the surface below the dots
-SHEET_GRID = 1.2, 2.6  # Å, steps of the finest and the coarsest grid from which it is made
+SHEET_GRID = 0.7, 2.6  # Å, steps of the finest and the coarsest grid from which it is made
 SHEET_DENSITY, MIN_SHEET_DOTS = 1.0, 100  # dots per Å^2 from which it is reconstructed, and at least so many
-CORNERS_PER_CELL, MAX_CORNERS = 4.2, 10_000  # corners on an area of a squared step, and of a page
+CORNERS_PER_CELL, MAX_CORNERS = 4.2, 30_000  # corners on an area of a squared step, and of a page
 MAX_SHARE_OF_SHEET = 0.2  # of the bytes of a page
 KIND_LABELS = ["contact", "saddle", "concave", "unknown kind"]
 N_COLOUR_STOPS = 16  # of viridis, whose brightness is even, so that it reads in grey too
@@ -60,7 +60,7 @@ class DotValues:
     low_is: str = ""  # meaning of the ends
     high_is: str = ""
     unknown_is: str = "unknown"  # meaning of NaN, which is grey
-    # At the ends of the colours; by default the lowest and the highest
+    # At the ends of the colours; by default those of all pages, or the lowest and the highest
     limits: tuple[float, float] | None = None
 
 
@@ -274,7 +274,7 @@ def scale_of(values: DotValues) -> dict[str, Any]:
     finite = values.values[np.isfinite(values.values)]
     low, high = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 1.0)
     scale = {"name": values.name, "symbol": values.symbol, "unit": values.unit, "low": low, "high": high}
-    scale["dark"], scale["bright"] = values.limits or (low, high)
+    scale["dark"], scale["bright"] = values.limits or limits_of(values.symbol) or (low, high)
     meanings = {"low is": values.low_is, "high is": values.high_is, "unknown is": values.unknown_is}
     return scale | meanings
 

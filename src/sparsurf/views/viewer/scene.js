@@ -1,14 +1,14 @@
 // Dots drawn as lit discs that lie in the surface, on its triangles; WebGL 2, parallel projection, z towards the viewer.
 
-const SINK = 0.2; // Å, of the faint surface below the dots
+const LIFT = 0.3; // Å towards the viewer, by which dots hide the faint surface that they lie on
 
 const CORNER = `#version 300 es
-uniform mat3 turn; uniform vec2 scale; uniform vec2 shift; uniform float pixels, radius, reach, sink; uniform bool pale; uniform vec3 faint;
+uniform mat3 turn; uniform vec2 scale; uniform vec2 shift; uniform float pixels, radius; uniform bool pale; uniform vec3 faint;
 in vec3 place, normal, colour;
 out vec3 facing, ink; out float depth;
 void main() {
   facing = turn * normal;
-  vec3 at = turn * (place - sink * normal);
+  vec3 at = turn * place;
   ink = pale ? faint : colour;
   depth = at.z;
   gl_Position = facing.z < .1 ? vec4(2, 2, 2, 1) : vec4((at.xy + shift) * scale, 0, 1);
@@ -17,7 +17,7 @@ void main() {
 
 const DISC = `#version 300 es
 precision highp float;
-uniform float radius, reach; uniform bool ring; uniform vec3 behind;
+uniform float radius, reach, lift; uniform bool ring; uniform vec3 behind;
 in vec3 facing, ink; in float depth;
 out vec4 light;
 void main() {
@@ -26,18 +26,18 @@ void main() {
   float rise = ring ? 0. : -dot(n.xy, from) / n.z, far = dot(from, from) + rise * rise;
   if (far > 1. || (ring && far < .5)) discard;
   float z = depth + rise * radius, lit = .5 + .5 * max(0., dot(n, normalize(vec3(-.3, .4, .85))));
-  gl_FragDepth = ring ? 0. : clamp(.5 - .5 * z / reach, 0., 1.);
+  gl_FragDepth = ring ? 0. : clamp(.5 - .5 * (z + lift) / reach, 0., 1.);
   light = vec4(mix(ink * lit, behind, .35 * clamp(.5 - .5 * z / reach, 0., 1.)), 1);
   if (ring) light = vec4(vec3(1) - behind, 1);
 }`;
 
 const SHEET_CORNER = `#version 300 es
-uniform mat3 turn; uniform vec2 scale; uniform vec2 shift; uniform float reach, sink;
+uniform mat3 turn; uniform vec2 scale; uniform vec2 shift; uniform float reach;
 in vec3 place, normal;
 out vec3 facing; out float depth;
 void main() {
   facing = turn * normal;
-  vec3 at = turn * (place - sink * normal);
+  vec3 at = turn * place;
   depth = at.z;
   gl_Position = vec4((at.xy + shift) * scale, -at.z / reach, 1);
 }`;
@@ -112,25 +112,24 @@ function makeScene(canvas, places, facing, corners, triangles) {
       const { uniform } = discs, isBelow = pale && shown.length < total;
       if (isBelow && triangles.length) {
         use(sheet);
-        gl.uniform1f(sheet.uniform.sink, SINK);
         gl.bindVertexArray(below);
         gl.drawElements(gl.TRIANGLES, triangles.length, gl.UNSIGNED_INT, 0);
         gl.bindVertexArray(ofDots);
       }
       use(discs);
       gl.uniform1f(uniform.pixels, pixels);
-      const points = (sink, size, faint, ring) => {
-        gl.uniform1f(uniform.sink, sink);
+      const points = (lift, size, faint, ring) => {
+        gl.uniform1f(uniform.lift, lift);
         gl.uniform1f(uniform.radius, size);
         gl.uniform1i(uniform.pale, faint);
         gl.uniform1i(uniform.ring, ring);
       };
       if (isBelow && !triangles.length) {
-        points(SINK, pale, 1, 0);
+        points(0, pale, 1, 0);
         gl.drawArrays(gl.POINTS, 0, total);
       }
       gl.bufferSubData(gl.ELEMENT_ARRAY_BUFFER, 0, shown);
-      points(0, radius, 0, 0);
+      points(isBelow ? LIFT : 0, radius, 0, 0);
       gl.drawElements(gl.POINTS, shown.length, gl.UNSIGNED_INT, 0);
       if (picked >= 0) {
         points(0, Math.max(2 * radius, 8 / pixels), 0, 1);

@@ -15,6 +15,7 @@ from matplotlib.ticker import MaxNLocator
 
 from sparsurf import kinds
 from sparsurf.recovery.readings import readings_of_columns
+from sparsurf.surfaces.formats.ply import ROUGHNESS_LIMITS
 from sparsurf.views import layout
 from sparsurf.views.layout import DARK, PAGE_WIDTH, PALE, styled
 
@@ -105,7 +106,7 @@ def residues_figure(over_time: pd.DataFrame, residues: pd.DataFrame, name: str =
     n = len(residues)
     figure = layout.sheet(layout.COLUMN, 97, name)
     colours = colormaps["viridis"].with_extremes(bad=BURIED_COLOUR)
-    scale = ScalarMappable(colors.Normalize(np.nanmin(values), np.nanmax(values)), colours)
+    scale = ScalarMappable(colors.Normalize(*ROUGHNESS_LIMITS), colours)
     ax = layout.axes(figure, 15, 6, 40, 60)
     half = np.diff(time).mean() / 2 if len(time) > 1 else 0.5
     extent = (time.iloc[0] - half, time.iloc[-1] + half, n - 0.5, -0.5)
@@ -123,7 +124,9 @@ def residues_figure(over_time: pd.DataFrame, residues: pd.DataFrame, name: str =
     profile.xaxis.set_major_locator(MaxNLocator(3))
     profile.set_yticks(ax.get_yticks(), [])
     layout.letter(figure, 57, 1, "B")
-    bar = figure.colorbar(scale, cax=layout.axes(figure, 15, 76.5, 40, 2), orientation="horizontal")
+    bar = figure.colorbar(
+        scale, cax=layout.axes(figure, 15, 76.5, 40, 2), orientation="horizontal", extend="both"
+    )
     bar.ax.xaxis.set_major_locator(MaxNLocator(4))
     grey = "\ngrey: buried" if np.isnan(values).any() else ""
     bar.set_label("mean $R_i$ of the residue\n(low: rough, high: flat)" + grey)

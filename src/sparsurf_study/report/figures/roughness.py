@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sparsurf.surfaces.formats.ply import ROUGHNESS_LIMITS
 from sparsurf.views import layout, render
 from sparsurf.views.layout import styled
 
@@ -25,7 +26,7 @@ def figure(points: np.ndarray, normals: np.ndarray, roughness: np.ndarray, name:
     """Draw the surface coloured by roughness, on the scale of all surfaces, and the distribution of the roughness."""
     mean = f"{roughness.mean():.2f}"
     figure = layout.sheet(layout.COLUMN, 105, layout.headed(name, f"mean roughness {mean}"))
-    scale = layout.scale(*render.ROUGHNESS_LIMITS)
+    scale = layout.scale(*ROUGHNESS_LIMITS)
     camera = render.aim(points, render.along_smallest_axis(points), layout.pixels(68, 55))
     scene = render.draw_surface(points, normals, layout.colours(scale, roughness), camera)
     layout.draw_picture(layout.axes(figure, 4, 3, 68, 55), render.picture(scene), camera)

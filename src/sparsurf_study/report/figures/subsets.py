@@ -22,6 +22,9 @@ if TYPE_CHECKING:
     from sparsurf_study.report.figures.results import Results
 
 MAX_DISTANCE = render.DISTANCE_LIMITS[1]
+ENDS_OF_BARS = np.geomspace(
+    1e-4, 1, 41
+)  # Å, since most distances are a thousand times smaller than the largest
 CELL_WIDTH, CELL_HEIGHT = 61.0, 60.0  # mm, of a picture with its title
 
 
@@ -84,9 +87,11 @@ def figure(
     layout.text(figure, x + 31, y + 53.4, "distance (Å)")
     caption = f"how far the dots of panel A lie\nfrom the surface of panel {ascii_uppercase[cells - 2]}"
     x, y = _cell(figure, corners, cells - 1, caption, "black")
-    ends = np.linspace(0, MAX_DISTANCE, 41)
-    label = f"distance (Å; last bar: {MAX_DISTANCE:g} and more)"
-    layout.histogram(layout.axes(figure, x + 12, y + 14, 44, 32), distance, scale, label, "mean", ends)
+    label = "distance (Å; end bars hold the rest)"
+    ax = layout.axes(figure, x + 12, y + 14, 44, 32)
+    layout.histogram(ax, distance, scale, label, f"mean {distance.mean():.2g}", ENDS_OF_BARS)
+    ax.set_xscale("log")
+    ax.xaxis.set_major_formatter("{x:g}")
     return figure
 
 

@@ -4,7 +4,7 @@ load structure_roughness.pdb, structure
 hide everything, structure
 show cartoon, structure
 show surface, structure
-spectrum b, 0x440154 0x31688E 0x35B779 0xFDE725, structure, 0.2, 0.9
+spectrum b, 0x440154 0x31688E 0x35B779 0xFDE725, structure, %LOW%, %HIGH%
 python
 import csv
 from pymol import cgo
