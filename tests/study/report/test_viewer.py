@@ -115,7 +115,7 @@ def test_the_page_of_a_study_holds_the_numbers_of_its_tables(study, place):
     kept = surface.take(minimal["dot"].to_numpy())
     kept = replace(kept, reconstruction=tables.surface_of_minimal(minimal).reconstruction)
     off = distance_to_reconstructed(surface.points, kept, model)
-    wanted = {"R_i": roughness["roughness"], "off": off}
+    wanted = {"R_i": roughness["roughness"], "distance": off}
     for symbol, of_dots in (wanted | dict(np.load(folder / "fields.npz"))).items():
         k, scale = values[symbol]
         steps, known = (

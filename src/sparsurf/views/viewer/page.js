@@ -143,7 +143,8 @@ function pick(i) {
   if (dots.kind && dots.kind[i] >= 0) words.push(head.kinds[dots.kind[i]][0]);
   head.values.forEach((each, k) => {
     const value = dots[`value ${k}`][i];
-    words.push(`${each.symbol} = ${value === UNKNOWN ? "unknown" : number(each.low + ((each.high - each.low) * value) / 254, 2) + each.unit}`);
+    const symbol = k ? each.symbol.replaceAll("_", " ") : each.symbol; // the name of a field has no subscript
+    words.push(`${symbol} = ${value === UNKNOWN ? "unknown" : number(each.low + ((each.high - each.low) * value) / 254, 2) + each.unit}`);
   });
   element("picked").replaceChildren(...subscripts(`${words.join(", ")}.`));
 }

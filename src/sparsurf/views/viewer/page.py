@@ -197,7 +197,7 @@ def coloured_page(
 def values_of(surface: Surface, distance: np.ndarray) -> list[DotValues]:
     """Return what the dots of a surface show: their distance from the reconstructed one, component, and fields."""
     name = "distance from the surface reconstructed from minimal.csv"
-    shown = [DotValues(name, "off", " Å", distance, "on it", "off", limits=DISTANCE_LIMITS)]
+    shown = [DotValues(name, "distance", " Å", distance, "on it", "off", limits=DISTANCE_LIMITS)]
     components = surface.fields.get(COMPONENT_FIELD)
     if components is not None and components.max() > 0:
         shown.append(
@@ -205,7 +205,7 @@ def values_of(surface: Surface, distance: np.ndarray) -> list[DotValues]:
         )
     for field, numbers in fields_without_component(surface).items():
         label, unit = label_and_unit(field)
-        shown.append(DotValues(label, field, f" {unit}".rstrip(), numbers))
+        shown.append(DotValues(label, field, f" {unit}".rstrip().replace("^2", "²"), numbers))
     return shown
 
 

@@ -37,7 +37,7 @@ def comparison(run: Run, folder: str) -> dict[str, Any]:
         fields = [signed(row[f"{name}_difference"], 1) for name in ("potential", "hydropathy")]
         rows.append([residue_name(row), number(ratio[index], 1), *line, above_floor(row), *fields])
     columns = ["residue", "change over the larger floor", "change", "floor: other dots", "floor: moved atoms"]
-    columns += ["most in", "potential / kT/e", "hydropathy"]
+    columns += ["most in", "potential (kT/e)", "hydropathy"]
     moved, name = int(table["above_moved"].sum()), folder.split("/")[-1]
     return {
         "name": name,
