@@ -21,8 +21,9 @@ from sparsurf.api.parts import (
     write_part,
 )
 from sparsurf.api.points import JOBS
+from sparsurf.api.replacing import FRAME_COLUMNS, beside_frames, path_of_frames, refuse_replacing
 from sparsurf.api.surfaces import placement
-from sparsurf.api.writing import parse_output, path_of_frames, write_file
+from sparsurf.api.writing import parse_output, write_file
 from sparsurf.arguments import PROBE, STRIDE
 from sparsurf.dot_fields.depth import depth_below, depth_of_residues
 from sparsurf.dot_fields.registry import FieldLike, compute_fields, names_of_fields
@@ -52,7 +53,6 @@ if TYPE_CHECKING:
 
 FORMATS = kinds.suffixes("frames")
 FRAMES_PER_PART = 10  # that are stored together, and computed again after a stop
-FRAME_COLUMNS = ("area", "volume", "components", "cavities", "dots", "mean_roughness")
 OF_FRAMES = ("xyz", "time_ps", "frame_number")  # arrays of a molecule with a row for each frame
 RESIDUE_COLUMNS = ("area", "mean_roughness", "depth")
 
@@ -112,8 +112,8 @@ def frames(
         Trajectory that belongs to the structure `molecule`.
     path : str or Path, optional
         File in .parquet or .csv for the table of residues; that of frames is written next to it, as run_frames.csv next to
-        run.csv. A call that was stopped continues from the frames that were finished, unless a field is a function of your
-        own, and writes the same bytes. Parquet needs pyarrow.
+        run.csv, where it replaces only such a table. A call that was stopped continues from the frames that were finished,
+        unless a field is a function of your own, and writes the same bytes. Parquet needs pyarrow.
     stride : int
         Measure every stride-th frame (default 1, all frames).
     fields : str, callable, or sequence of these
@@ -139,7 +139,8 @@ def frames(
     Raises
     ------
     InputError
-        The trajectory does not belong to the structure, a frame has no surface, or an argument is outside of its limits.
+        The trajectory does not belong to the structure, a frame has no surface, an argument is outside of its limits, or one
+        of the two files would replace an input or, as the table of frames, a file of another kind.
 
     Notes
     -----
@@ -161,6 +162,7 @@ def frames(
         kinds.load("field", field, "fields")
     if path is not None:
         parse_output(path, FORMATS)
+        refuse_replacing(path, (molecule, trajectory), beside_frames(path))
     source = opened_source(molecule)
     if trajectory is not None and not isinstance(source, Source):
         raise InputError(
@@ -291,7 +293,7 @@ def _digests(molecule: Molecule, request: FramesRequest, bounds: list[tuple[int,
     """Yield for each part a hash of all that its numbers follow from."""
     of_all = digest_of_arguments(request.rules, fields=request.fields)
     for name in (field.name for field in dataclasses.fields(molecule)):
-        if name not in OF_FRAMES:
+        if name not in (*OF_FRAMES, "files"):
             of_all.update(f"{name} {np.asarray(getattr(molecule, name)).tolist()}".encode())
     for first, last in bounds:
         digest = of_all.copy()

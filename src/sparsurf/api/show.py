@@ -15,6 +15,7 @@ from sparsurf.api.fields import labelled
 from sparsurf.api.frame_pages import page_of_frames
 from sparsurf.api.inputs import SurfaceLike, as_molecule, has_atoms, is_subset, opened_source
 from sparsurf.api.pages import page_of_surface
+from sparsurf.api.replacing import refuse_replacing
 from sparsurf.api.surfaces import as_surface, surface
 from sparsurf.api.views import (
     View,
@@ -25,7 +26,7 @@ from sparsurf.api.views import (
     values_of_dots,
 )
 from sparsurf.api.whole import placed_again
-from sparsurf.api.writing import parse_output, write_file
+from sparsurf.api.writing import PAGE_ENDINGS, parse_output, write_page
 from sparsurf.arguments import check_flag
 from sparsurf.errors import InputError
 from sparsurf.molecules.formats import title
@@ -38,8 +39,6 @@ if TYPE_CHECKING:
     from sparsurf.surfaces.mesh import Mesh
 
 log = logging.getLogger("sparsurf")
-
-PAGE_ENDINGS = (".html",)
 
 
 @public(of_dots=True)
@@ -101,6 +100,7 @@ def show(
     check_flag(open_browser, "open_browser")
     if path is not None:
         parse_output(path, PAGE_ENDINGS)
+        refuse_replacing(path, (source, trajectory))
     view = View(_page_to_show(source, trajectory, frame))
     if path is not None:
         write_page(path, view.html)
@@ -115,6 +115,7 @@ def show_in_notebook(result: Any, values: Any = None, path: str | Path | None = 
         values, path = None, values
     if path is not None:
         parse_output(path, PAGE_ENDINGS)
+        refuse_replacing(path, (result,))
     if values is None and not isinstance(result, Surface):
         view = View(page_of_surface(*surface_to_show(result, None, 0)))
     else:
@@ -164,11 +165,6 @@ def _about(source: Source, messages: Heard, trajectory: str | Path | None, frame
     call += [f"frame={frame}"] if frame else []
     command = f"sparsurf.show({', '.join(call)})"
     return About(title(source), messages, files=(source, trajectory), command=command)
-
-
-def write_page(path: str | Path, html: str) -> None:
-    """Write a page under its final name once it is whole."""
-    write_file(path, PAGE_ENDINGS, {".html": lambda file: file.write_text(html, encoding="utf-8")})
 
 
 def has_display() -> bool:

@@ -16,6 +16,7 @@ import numpy as np
 from sparsurf.api.about import About
 from sparsurf.api.origin import rows_of_surface
 from sparsurf.api.pages import patches_for
+from sparsurf.api.writing import write_page
 from sparsurf.dot_fields.registry import label_and_unit
 from sparsurf.errors import InputError, argument
 from sparsurf.evaluation.prepared_surface import PreparedSurface
@@ -56,8 +57,8 @@ class View:
         return f'<iframe srcdoc="{escape(self.html)}" height="{NOTEBOOK_HEIGHT}" style="{style}"></iframe>'
 
     def save(self, path: str | Path) -> None:
-        """Write the page."""
-        Path(path).write_text(self.html, encoding="utf-8")
+        """Write the page into a file in .html."""
+        write_page(path, self.html)
 
 
 def plot(result: Any, values: ArrayLike | None = None, ax: Any = None, name: str = "") -> Axes:

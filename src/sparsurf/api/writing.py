@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import gzip
 import os
-import re
 import shutil
 import sys
 import tempfile
@@ -19,6 +18,7 @@ import numpy as np
 from sparsurf import kinds
 from sparsurf.api.about import About
 from sparsurf.api.inputs import MoleculeLike, as_molecule, check_frame, is_subset
+from sparsurf.api.replacing import Companions, beside_mesh, path_of_faces, refuse_replacing
 from sparsurf.api.scenes import SCENES, chimerax_script, is_opened_by, write_scene
 from sparsurf.arguments import FRAME, check_flag
 from sparsurf.errors import InputError
@@ -51,6 +51,7 @@ MESHES = tuple(
 DOTS_ALONE = (*SUFFIXES_OF_NUMBERS, *SCENES)
 SUFFIXES_OF_DOTS = kinds.suffixes("dots")  # DMS and MSMS name the atom of every dot
 TABLE_FORMATS = kinds.suffixes("residues")
+PAGE_ENDINGS = (".html",)
 PAGE_FORMATS = kinds.suffixes("page")  # which show dots, or residues
 POSITION_COLUMNS = ("x", "y", "z", "nx", "ny", "nz")
 MAX_NAME_BYTES = 255  # bytes
@@ -183,6 +184,11 @@ def write_file(
             sys.stdout.buffer.flush()
 
 
+def write_page(path: str | Path, html: str) -> None:
+    """Write a page under its final name once it is whole."""
+    write_file(path, PAGE_ENDINGS, {".html": lambda file: file.write_text(html, encoding="utf-8")})
+
+
 def write_dots(output: str | Path, dots: DotsToWrite) -> None:
     """Write Dots in the format of the suffix."""
     surface = dots.surface
@@ -246,6 +252,8 @@ def write_dots(output: str | Path, dots: DotsToWrite) -> None:
             f"{output}: a CSV cannot store the triangles of a mesh; name a file that ends in {', '.join(dots.formats)}, or write "
             "its vertices."
         )
+    if dots.faces is not None:
+        refuse_replacing(output, companions=beside_mesh(output))
     write_file(output, dots.formats, writers)
     if (faces := dots.faces) is not None and (second := path_of_faces(output)) is not None:
         write_file(
@@ -253,19 +261,6 @@ def write_dots(output: str | Path, dots: DotsToWrite) -> None:
             (".face",),
             {".face": lambda path: write_faces(path, surface, numbers(), faces, n_spheres, header)},
         )
-
-
-def path_of_faces(path: str | Path) -> Path | None:
-    """Return the path of the triangles of a mesh, next to its vertices: mesh.face for mesh.vert; None for another format."""
-    if names := re.fullmatch(r"(.*)\.vert(\.gz)?", Path(path).name, re.IGNORECASE):
-        return Path(path).with_name(f"{names[1]}.face{names[2] or ''}")
-    return None
-
-
-def path_of_frames(path: str | Path) -> Path:
-    """Return the path of the table of frames, next to that of residues: run_frames.csv for run.csv."""
-    name = re.sub(r"(\.(?:csv|parquet)(?:\.gz)?)$", r"_frames\1", Path(path).name, flags=re.IGNORECASE)
-    return Path(path).with_name(name)
 
 
 def _spheres_of(dots: DotsToWrite, output: str) -> tuple[int, list[str] | None, Header]:
@@ -406,8 +401,9 @@ def write(
     Raises
     ------
     InputError
-        The suffix does not fit the result, the folder does not exist, `names` holds a name that is not a field, or a file that a
-        .cxc needs next to it exists already and is not one of the same scene.
+        The suffix does not fit the result, the folder does not exist, `names` holds a name that is not a field, the file is one
+        that the molecule was read from, or a file that a .cxc or a .vert needs next to it exists already and was not written
+        there as such.
 
     Examples
     --------
@@ -416,7 +412,7 @@ def write(
     >>> mesh = sparsurf.mesh("data/tdp43/topology.pdb", n_vertices=512, fields="hydropathy")
     >>> sparsurf.write(mesh, "/tmp/mesh.ply", names={"hydropathy": "hphob"})
     """
-    as_path(path)  # or refuse what is none
+    refuse_replacing(as_path(path), (result, molecule))
     frame = FRAME.check(frame, "frame")
     if colours is not None:
         check_flag(colours, "colours")
@@ -536,11 +532,8 @@ def _write_chimerax(path: Path, dots: DotsToWrite) -> None:
     writers: dict[Path, Callable[[Path], Any]] = {bild: lambda file: _write_scene(file, dots)}
     if molecule is not None:
         writers[pdb] = lambda file: molecule.write_pdb(file, frame)
-    for file in writers:
-        if os.path.lexists(file) and not is_opened_by(path, file):
-            raise InputError(
-                f"{file} exists and is not a part of the scene {path}, which would replace it: choose another name for the scene."
-            )
+    companions: Companions = dict.fromkeys(writers, lambda file: is_opened_by(path, file))
+    refuse_replacing(path, (molecule,), companions)
     script = chimerax_script(path.name, bild.name, pdb.name if molecule is not None else None)
     writers[path] = lambda file: file.write_text(script, encoding="utf-8")
     for file, writer in writers.items():

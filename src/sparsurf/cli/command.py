@@ -45,8 +45,9 @@ FILE is a structure ({STRUCTURE_LABELS}; with --trajectory also {TOPOLOGY_LABELS
 except for HDF5. `sparsurf frames --help` lists the formats of trajectories. `surface`, `residues`, `frames` and `points` accept
 no dots, and `recover` accepts only dots. All commands but `residues`, `frames` and `recover` also accept files of spheres
 ({" ".join(kinds.suffixes("spheres", is_read=True))}). Lengths are in Å. -o names the file
-of the result, and its suffix determines the format; `-o -` writes to standard output, and -q prints only warnings and errors. npz
-and DMS keep the area, kind and atom of every dot. Errors are printed on standard error.
+of the result, and its suffix determines the format; an existing file of this name is replaced, but never an input. `-o -` writes
+to standard output, and -q prints only warnings and errors. npz and DMS keep the area, kind
+and atom of every dot. Errors are printed on standard error.
 
 exit codes: 0 success, 1 an input file or a value is wrong, 2 the command line is wrong
 

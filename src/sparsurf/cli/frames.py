@@ -4,7 +4,7 @@ import argparse
 
 from sparsurf import kinds
 from sparsurf.api.points import JOBS
-from sparsurf.api.writing import path_of_frames
+from sparsurf.api.replacing import beside_frames, path_of_frames
 from sparsurf.arguments import STRIDE
 from sparsurf.cli import options, outputs
 from sparsurf.files import pluralise
@@ -18,7 +18,7 @@ file, from 0), time_ps, chain, residue, residue_name, area (Å^2),
 mean_roughness (1 is flat, 0 is rough; blank for a buried residue), depth (Å)
 and the mean of each field. A second table, run_frames.csv next to run.csv,
 has a row for each frame: area (Å^2), volume (Å^3), components, cavities, dots
-and mean_roughness.
+and mean_roughness. It replaces only such a table.
 
 A run that was stopped continues when the same command is given again, and
 writes the same bytes. Memory does not grow with the number of frames. Parquet
@@ -51,7 +51,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """Write the tables."""
-    outputs.check(args, FORMATS, path_of_frames)
+    outputs.check(args, FORMATS, beside_frames(args.output))
     from sparsurf.api.field_values import check_fields  # here: wrong arguments need no numba
     from sparsurf.api.frames import FramesRequest, write_frames
     from sparsurf.api.surfaces import placement

@@ -30,6 +30,7 @@ MSMS_FAILED, NOT_READ, NO_INPUT = 1, 2, 255  # exit status, as of MSMS
 DENSITY_OF_AREAS = 20.0  # dots per Å^2
 RADIUS_OF_HYDROGENS = 1.2  # Å, that -noh leaves out
 MAX_ATOMS_OF_PROBE = 3
+OUTPUTS = ("of", ".vert"), ("of", ".face"), ("af", ".area")  # options, and the suffixes of their files
 
 
 class Option(NamedTuple):
@@ -58,8 +59,14 @@ OPTIONS = {
         1,
         "filename : spheres, with x, y, z and radius in each line (.xyzr), and a number and a name (.xyzrn)",
     ),
-    "of": Option(1, "filename : name of the files of the surface, without .vert and .face"),
-    "af": Option(1, "filename : name of the file of areas, without .area"),
+    "of": Option(
+        1,
+        "filename : name of the files of the surface, without .vert and .face; they replace such files of MSMS, and never the "
+        "input or another file",
+    ),
+    "af": Option(
+        1, "filename : name of the file of areas, without .area; as for -of, it replaces only such a file"
+    ),
     "no_header": Option(0, ": write no lines of comment at the beginning of the files"),
     "free_vertices": Option(0, ": accepted; spheres that touch no other always have a surface"),
     "all_components": Option(0, ": also the wall of every cavity, in files of its own: NAME_1.vert, ..."),
@@ -160,6 +167,7 @@ def _run(given: dict[str, str]) -> None:
     from sparsurf.surfaces.mesh import RolledSpheres, cavity_mesh, widest_step
     from sparsurf.surfaces.spheres import Spheres, read_spheres
 
+    _refuse_replacing(given, [given[name] + suffix for name, suffix in OUTPUTS if name in given])
     probe = _number(given, "probe_radius", 1.5, PROBE)
     density = _number(given, "density", 1.0, DENSITY_LIMITS)
     if given.get("surface", "tses") != "tses":
@@ -214,8 +222,17 @@ def _run(given: dict[str, str]) -> None:
             writers.append((f"{name}.face", partial(
                 files.write_faces, surface=vertices, faces=faces, triangles=triangles, n_spheres=n, header=header,
             )))  # fmt: skip
+    _refuse_replacing(given, [name for name, _ in writers])
     for name, writer in writers:
         write_file(name, (Path(name).suffix,), {Path(name).suffix: writer})
+
+
+def _refuse_replacing(given: dict[str, str], files: Sequence[str]) -> None:
+    """Raise InputError if a file that would be written is the input, or exists and is not a file of MSMS."""
+    from sparsurf.api.replacing import is_of_msms, refuse_replacing
+
+    for file in files:
+        refuse_replacing(file, (given["if"],), {Path(file): is_of_msms})
 
 
 def _cavity_at(

@@ -1,45 +1,31 @@
 """The output of a command: checked before anything is computed, and reported when it is written."""
 
 import argparse
-import os
 import sys
-from collections.abc import Callable
-from pathlib import Path
 
 from sparsurf.api.about import refuse_missing_matplotlib
+from sparsurf.api.replacing import Companions, refuse_replacing
 from sparsurf.api.writing import SUFFIXES_OF_NUMBERS, DotsToWrite, parse_output, write_dots
 from sparsurf.errors import InputError
 
-READ_OPTIONS = ("file", "trajectory", "at")  # which can name a file
+READ_OPTIONS = ("file", "files", "trajectory", "at")  # which can name files
 
 
-def check(
-    args: argparse.Namespace,
-    formats: tuple[str, ...],
-    path_of_second: Callable[[str], Path | None] | None = None,
-) -> None:
+def check(args: argparse.Namespace, formats: tuple[str, ...], companions: Companions | None = None) -> None:
     """Raise InputError if the output cannot be written in one of the formats, before anything is computed.
 
-    Neither the output nor the second file that is written next to it, whose path `path_of_second` returns, may be an input.
+    Neither the output nor its `companions`, the files that are written besides it, may replace what `refuse_replacing` names.
     """
-    _refuse_input(args, args.output, "")
+    inputs = [getattr(args, key, None) for key in READ_OPTIONS]
+    refuse_replacing(args.output, [file for file in inputs if isinstance(file, str | list)])
     suffix = parse_output(args.output, formats)[0]
-    if path_of_second is not None and (second := path_of_second(args.output)) is not None:
-        _refuse_input(args, str(second), f", which is written next to {args.output},")
+    refuse_replacing(args.output, [file for file in inputs if isinstance(file, str | list)], companions)
     if suffix == ".png":
         refuse_missing_matplotlib(args.output)
     if suffix == ".dms" and getattr(args, "fields", None):
         raise InputError(
             f"--fields: {suffix} files cannot store fields; name a file that ends in {', '.join(SUFFIXES_OF_NUMBERS)}."
         )
-
-
-def _refuse_input(args: argparse.Namespace, output: str, description: str) -> None:
-    """Raise InputError if an output is a file that the command reads."""
-    if os.path.isfile(output):
-        files = (getattr(args, key, None) for key in READ_OPTIONS)
-        if any(os.path.samefile(f, output) for f in files if isinstance(f, str) and os.path.exists(f)):
-            raise InputError(f"{output}{description} is an input file; name another file to write.")
 
 
 def write_output(args: argparse.Namespace, dots: DotsToWrite) -> None:

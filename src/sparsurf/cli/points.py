@@ -83,9 +83,8 @@ def run(args: argparse.Namespace) -> None:
     """Write the points."""
     is_folder = len(args.files) > 1 or Path(args.files[0]).is_dir()
     formats = (TABLE_FORMAT,) if is_folder else FORMATS
-    for file in args.files:
-        args.file = file
-        outputs.check(args, formats)
+    args.file = args.files[-1]
+    outputs.check(args, formats)
     if not is_folder and not is_file_of_spheres(args.file) and not options.reads_atoms(args):
         raise InputError(f"{args.file} is neither a structure by its content nor a folder.")
     settings = {"density": args.density, "seed": args.seed, **options.placement_options(args, "remove")}

@@ -10,6 +10,7 @@ import pandas as pd
 from sparsurf.api import writing
 from sparsurf.api.minimal import REACHES, recover_with_share
 from sparsurf.api.patches import describe_points
+from sparsurf.api.replacing import beside_mesh
 from sparsurf.api.surfaces import mesh_of_dots, mesh_size
 from sparsurf.arguments import DENSITY_LIMITS as DENSITIES
 from sparsurf.arguments import INTERPOLANT, MODELS
@@ -33,7 +34,8 @@ than 0.11 Å, and the largest deviation is about 0.5 Å. FILE may name the probe
 the dots tell them.
 --at writes, instead of dots, the descriptors (|c_nm|, as in `sparsurf descriptors`) of the patches of the dense surface around
 the given points.
---mesh writes a closed surface of triangles, with --density vertices per Å^2 or the fineness of a --step. It closes holes between
+--mesh writes a closed surface of triangles, with --density vertices per Å^2 or the fineness of a --step. For a NAME.vert, they
+stand in a NAME.face next to it, which replaces only triangles of a NAME.vert. The mesh closes holes between
 the dots, and warns of wide holes. If the dots lie in clusters, the surface is reconstructed around the clusters only: choose
 dots by farthest-point or Poisson-disk sampling, or give a --reach of 2.
 
@@ -96,7 +98,7 @@ def run(args: argparse.Namespace) -> None:
         if args.mesh
         else writing.SUFFIXES_OF_DOTS
     )
-    outputs.check(args, formats, writing.path_of_faces if args.mesh else None)
+    outputs.check(args, formats, beside_mesh(args.output) if args.mesh else None)
     few = read_surface(args.file)
     options.say(f"surface reconstructed from {len(few):,} dots")
     points_at = None if args.at is None else read_points(args.at)

@@ -8,14 +8,12 @@ from pathlib import Path
 
 from sparsurf.api.frame_pages import page_of_frames, shown_positions
 from sparsurf.api.pages import page_of_surface
-from sparsurf.api.show import PAGE_ENDINGS, has_display, open_page, write_page
+from sparsurf.api.replacing import is_own_page
+from sparsurf.api.show import has_display, open_page
+from sparsurf.api.writing import PAGE_ENDINGS, write_page
 from sparsurf.cli import options, outputs
-from sparsurf.errors import InputError
 from sparsurf.molecules.formats import stem
 from sparsurf.patches.index import D_LINK
-
-OWN_PAGE = b'<meta name="generator" content="sparsurf '  # in a page that may be written again
-BYTES_OF_A_TABLE_HEAD = 1000
 
 EXAMPLES = """\
 The page shows the surface, which you can rotate and colour by roughness, fields or the kinds of its dots; the roughness of the
@@ -51,7 +49,7 @@ def run(args: argparse.Namespace) -> None:
     """Write the page, and open it where there is a display."""
     if args.output is None:
         args.output = f"{stem(args.file)}{_of_frames(args)}.html"
-        _refuse_other_file(Path(args.output))
+        outputs.check(args, PAGE_ENDINGS, {Path(args.output): is_own_page})
     outputs.check(args, PAGE_ENDINGS)
     molecule = options.read_atoms(args, stride=1) if _shows_frames(args) else None
     if molecule is not None and molecule.n_frames > 1:
@@ -84,13 +82,3 @@ def _say(args: argparse.Namespace, text: str) -> None:
     """Print what is being done."""
     if not args.quiet:
         print(text, file=sys.stderr, flush=True)
-
-
-def _refuse_other_file(path: Path) -> None:
-    """Raise InputError if a file that no one named would be replaced, unless it is a page of this program."""
-    if path.is_file():
-        with path.open("rb") as file:
-            if OWN_PAGE not in file.read(BYTES_OF_A_TABLE_HEAD):
-                raise InputError(
-                    f"{path} exists and was not written by sparsurf; choose another file with -o."
-                )

@@ -7,6 +7,7 @@ from dataclasses import replace
 from sparsurf.api import writing
 from sparsurf.api.about import heard
 from sparsurf.api.inputs import is_file_of_spheres
+from sparsurf.api.replacing import beside_mesh
 from sparsurf.arguments import D_LINK, DENSITY_LIMITS
 from sparsurf.cli import options, outputs
 from sparsurf.errors import InputError
@@ -25,6 +26,7 @@ coloured by kind.
 --residues writes the dots of some residues on the surface of the whole molecule. To compute the surface of a part of the molecule
 alone, use --selection.
 --mesh writes a closed mesh of triangles instead of dots. Its vertices lie on the surface, and two triangles share every edge.
+For a NAME.vert, the triangles stand in a NAME.face next to it, which replaces only triangles of a NAME.vert.
 A .html file is the page of `sparsurf show`, and a .png file is a picture; both show the kinds of dots.
 A cavity is an enclosed part of the surface that a probe can neither enter nor leave.
 
@@ -72,7 +74,7 @@ def run(args: argparse.Namespace) -> None:
         )
     options.refuse_size_of_mesh(args)
     if args.mesh:
-        outputs.check(args, (*writing.MESHES, *writing.SCENES), writing.path_of_faces)
+        outputs.check(args, (*writing.MESHES, *writing.SCENES), beside_mesh(args.output))
     else:
         outputs.check(args, FORMATS)
     if is_file_of_spheres(args.file):

@@ -6,6 +6,7 @@ Input that would give a wrong surface is refused in one sentence. Atoms that are
 from __future__ import annotations
 
 import logging
+import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -185,13 +186,13 @@ def molecule_of_files(
             if plddt is not None:
                 molecule = _without_doubtful(molecule, file.origin, plddt)
             refuse_impossible(molecule, whole=whole)
-            return molecule
+            return replace(molecule, files=(os.path.abspath(source),))
         options = altloc, model, stride, whole, times
         molecule = molecule_of_trajectory(file, source, frames, keys, *options)
     names = source if frames is not source else None
     with naming_file(frames):
         refuse_impossible(molecule, names, whole, frames.format.unit)
-    return molecule
+    return replace(molecule, files=(os.path.abspath(source), os.path.abspath(frames)))
 
 
 def _what_names_no_atoms(source: Source) -> str:

@@ -149,7 +149,12 @@ def write_areas(
 
 def _comments(kind: str, header: Header) -> str:
     """Return the first line of a file; readers tell it from a vertex by its eight words."""
-    return f"# MSMS solvent excluded surface {kind} for {re.sub(r'[^!-~]', '_', header.name)}\n"
+    return f"# MSMS solvent excluded surface {kind} for {name_in_header(header.name)}\n"
+
+
+def name_in_header(name: str) -> str:
+    """Return the name of a file as the header has it: one word."""
+    return re.sub(r"[^!-~]", "_", name)
 
 
 FORMAT = SurfaceFormat(_sniff, read_vertices)
