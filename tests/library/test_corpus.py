@@ -1220,7 +1220,7 @@ TRAJECTORIES = {  # what becomes of frames of mdtraj, the formats, what becomes 
     "within the first frame": (joined(0), "xyz", shorter(2), {}, "! cut short within its first frame"),
     "half a file": (joined(0), "xtc trr dcd nc", lambda content: content[: len(content) // 3], {}, "! cannot be read"),
     "nothing": (same, "xtc trr dcd nc h5", lambda content: b"", {}, "! cannot be read"),
-    "fewer frames than announced": (same, "dcd", dcd_cut(2, 3), {}, "2 953 61 ~ announces 3 frames, 2 were read .stride 1"),
+    "fewer frames than announced": (same, "dcd", dcd_cut(2, 3), {}, "2 953 61 ~ holds 2 frames, and its header announces 3"),
     "more frames than announced": (same, "dcd", announced(2), {}, "3 953 61 ~ continues after the 2 frames"),
     "without a box": (same, "trr", boxless, {}, "3 953 61"),
     "the same frame again": (joined(0, 1, 1, 2), "xtc trr dcd nc xyz", same, {}, "3 953 61 ~ 1 frame repeats the one before"),
@@ -1267,7 +1267,7 @@ def test_frames_of_a_dcd_file_are_counted_by_its_size(tmp_path, caplog, order, c
     path, frame = tmp_path / "a.dcd", cell * record(bytes(48)) + 3 * record(bytes(16))
     for n, count, stride, words in (
         (100, 100, 1, ""), (99, 100, 1, "~ continues after the 99"), (1, 2, 1, "~ continues after the 1 "), (0, 2, 1, ""),
-        (101, 100, 1, "~ cut short"), (100, 100, 2, ""), (103, 100, 2, "~ its header announces 103 frames, 50 were read"),
+        (101, 100, 1, "~ cut short"), (100, 100, 2, ""), (103, 100, 2, "~ holds 100 frames, and its header announces 103"),
     ):  # fmt: skip
         head = record(b"CORD" + struct.pack(order + "i", n) + bytes(76)) + record(bytes(84))
         path.write_bytes(head + record(struct.pack(order + "i", 4)) + count * frame)

@@ -101,7 +101,8 @@ def points(
     Returns
     -------
     Points
-        The pair of `points` and `normals`, (n_dots, 3) float32 each, Å, which can be unpacked. The first m points are
+        The pair of `points` and `normals`, (n_dots, 3) float32 each, Å, which can be unpacked. Its length is that of a pair, 2,
+        and its attribute `n_dots` is the number of points. The first m points are
         themselves spread as far as m points can be by this method. It also has `area` (Å^2 that each point stands for),
         `kind`, `atom`, `fields` and `to_frame`, which names the residue and the atom of every point.
 

@@ -42,6 +42,7 @@ from sparsurf.streams import DEFAULT_SEED, Streams
 from sparsurf.suggestions import public
 from sparsurf.surfaces.radii import PROBE_RADIUS
 from sparsurf.surfaces.spacing import refuse_sparse
+from sparsurf.surfaces.surface import Surface
 from sparsurf.threads import available_cores
 
 if TYPE_CHECKING:
@@ -130,6 +131,12 @@ def _prepared(surface: Any, patches: PatchesSettings, seed: int = DEFAULT_SEED) 
     return PreparedSurface(dots, Settings(patches=patches), None, Streams(seed), available_cores())
 
 
+def _link_of(surface: PreparedLike) -> float:
+    """Return the link, Å, of the dots that `surface` placed for one; the default for all others."""
+    origin = surface.origin if isinstance(surface, Surface) else None
+    return D_LINK if origin is None else max(D_LINK, origin.d_link)
+
+
 @public(of_dots=True)
 @kinds.with_choices
 def sample(
@@ -148,7 +155,8 @@ def sample(
     Parameters
     ----------
     surface : PreparedSurface, Surface, path, pair (points, normals), or molecule
-        The whole surface, as in `prepare`, or the result of `prepare`.
+        The whole surface, as in `prepare`, or the result of `prepare`. Dots that `surface` placed for a larger `d_link` are
+        sampled with that link.
     percent : float, optional
         Share of all dots, %. Exactly one of percent, n_dots and combination is given. The paper's samplers keep about the
         number that is asked for.
@@ -189,7 +197,7 @@ def sample(
     >>> len(sparsurf.sample(dots, combination=(1, 0, 6, 0)))
     11344
     """
-    prepared = _prepared(surface, PatchesSettings())
+    prepared = _prepared(surface, PatchesSettings(d_link=_link_of(surface)))
     if seed is not None:
         prepared = prepared.with_streams(replace(prepared.stream, seed=SEED.check(seed, "seed")))
     sizes = [name for name, value in (("percent", percent), ("n_dots", n_dots)) if value is not None]
@@ -293,7 +301,7 @@ def compare(
     subset
     farthest  2460  1.07        1.4  0.33
     """
-    prepared = _prepared(surface, PatchesSettings())
+    prepared = _prepared(surface, PatchesSettings(d_link=_link_of(surface)))
     by_name: Mapping[str, Any] = subsets if isinstance(subsets, Mapping) else {"subset": subsets}
     if not by_name:
         raise InputError("subsets: there are none; give at least one.")

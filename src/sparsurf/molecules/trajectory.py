@@ -382,8 +382,10 @@ def check_dcd(source: Source, n_atoms: int, n_read: int, stride: int) -> None:
         size = file.seek(0, 2) - start
     frame_bytes = 3 * (4 * n_atoms + 8) + (record + 8 if record == DCD_CELL_BYTES else 0)
     if n_read < -(-n_announced // stride):
-        message = "%s is cut short: its header announces %d frames, %d were read (stride %d)"
-        log.warning(message, FILE, n_announced, n_read, stride)
+        # DIMS and other runs end when they reach their target, so that whole frames alone do not tell that a copy is cut
+        n_held = n_read if stride == 1 else size // frame_bytes
+        message = "%s holds %d frames, and its header announces %d: it is cut short, or its run ended earlier"
+        log.warning(message, FILE, n_held, n_announced)
     elif n_announced > 0 and size > (n_announced + 0.5) * frame_bytes:
         message = "%s continues after the %d frames that its header announces; was it written twice?"
         log.warning(message, FILE, n_announced)

@@ -27,8 +27,9 @@ def on_steps(points: np.ndarray) -> np.ndarray:
 class Points(Shown, tuple):
     """Points with normals on the surface of a molecule: the pair (points, normals), with all that is known of them.
 
-    As a pair it unpacks: ``points, normals = sparsurf.points(...)``. Functions that take dots take it too, such as `fields`,
-    `residues`, `recover` and `write`.
+    As a pair it unpacks: ``points, normals = sparsurf.points(...)``. So its length is 2, and `n_dots` is the number of
+    points: loops, `zip` and loaders of batches rely on a length that is the number of items. Functions that take dots take it
+    too, such as `fields`, `residues`, `recover` and `write`.
 
     Attributes
     ----------

@@ -623,3 +623,15 @@ def test_what_is_no_path_is_named_where_a_result_is_written(path):
     for result in (Surface(5 * np.eye(3), np.eye(3)), pd.DataFrame({"a": [1]})):
         with pytest.raises(InputError, match="a path is"):
             sparsurf.write(result, path)
+
+
+def test_dots_that_were_placed_for_a_larger_link_are_sampled_and_compared_with_it():
+    """`sample` and `compare` have no argument for the link, so that they follow the dots."""
+    dots = sparsurf.surface(sparsurf.read_molecule(PEPTIDE, residues="209-214"), density=2, d_link=1.0)
+    ready = sparsurf.prepare(dots, d_link=1.0)
+    assert np.array_equal(sparsurf.sample(dots, percent=30), sparsurf.sample(ready, percent=30))
+    kept = sparsurf.sample(dots, combination=(1, 0, 6, 0), seed=3)
+    assert np.array_equal(kept, sparsurf.sample(ready, combination=(1, 0, 6, 0), seed=3))
+    assert sparsurf.compare(dots, kept, test_dots=9).equals(sparsurf.compare(ready, kept, test_dots=9))
+    with pytest.raises(InputError, match=r"d_link = 0\.5"):
+        sparsurf.sample(sparsurf.Surface(dots.points, dots.normals), percent=30)
