@@ -361,7 +361,7 @@ def _atoms_of_several_sets(
 def _highest_of_arcs(arcs: np.ndarray) -> np.ndarray:
     """Return the largest x of each arc, (B,): that of its ends, or of the highest point of its circle."""
     top = np.arctan2(arcs[:, E2], arcs[:, E1])
-    holds_top = (top - arcs[:, PHI_0]) % (2 * math.pi) < arcs[:, PHI_1] - arcs[:, PHI_0]
+    holds_top = (top - arcs[:, PHI_0]) % (2 * math.pi) <= arcs[:, PHI_1] - arcs[:, PHI_0]
     of_circle = arcs[:, T] + arcs[:, ARC_RADIUS] * np.hypot(arcs[:, E1], arcs[:, E2])
     return np.where(holds_top, of_circle, _ends(arcs)[:, :, 0].max(axis=1, initial=-np.inf))
 
@@ -490,7 +490,7 @@ def _distances(positions: np.ndarray, arcs: np.ndarray) -> np.ndarray:
     p1, p2 = (w * arcs[:, E1 : E1 + 3]).sum(axis=2), (w * arcs[:, E2 : E2 + 3]).sum(axis=2)
     flat = np.hypot(p1, p2)
     to_circle = np.sqrt(np.maximum((w**2).sum(axis=2) - flat**2, 0) + (flat - arcs[:, ARC_RADIUS]) ** 2)
-    is_on_arc = (np.arctan2(p2, p1) - arcs[:, PHI_0]) % (2 * math.pi) < arcs[:, PHI_1] - arcs[:, PHI_0]
+    is_on_arc = (np.arctan2(p2, p1) - arcs[:, PHI_0]) % (2 * math.pi) <= arcs[:, PHI_1] - arcs[:, PHI_0]
     to_ends = np.linalg.norm(positions[:, None, None] - _ends(arcs)[None], axis=3).min(axis=2)
     return np.where(is_on_arc, to_circle, to_ends)
 

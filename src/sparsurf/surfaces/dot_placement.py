@@ -480,4 +480,4 @@ def _arc_within(position: Vector, arc: np.ndarray, within: float) -> bool:
     if (math.hypot(p1, p2) - arc[ARC_RADIUS]) ** 2 + dot(w, vector_at(arc, U)) ** 2 >= within**2:
         return False
     phi = math.atan2(p2, p1) - arc[PHI_0]
-    return phi - 2 * math.pi * math.floor(phi / (2 * math.pi)) < arc[PHI_1] - arc[PHI_0]
+    return phi - 2 * math.pi * math.floor(phi / (2 * math.pi)) <= arc[PHI_1] - arc[PHI_0]

@@ -287,6 +287,7 @@ def nearest_on_arc(position: Vector, arc: np.ndarray) -> tuple[Vector, bool]:
     if flat == 0.0:
         return vector_at(arc, T), False
     phi = math.atan2(p2, p1) - arc[PHI_0]
-    is_on_arc = phi - 2 * math.pi * math.floor(phi / (2 * math.pi)) < arc[PHI_1] - arc[PHI_0]
+    # equal where phi is 0 but for rounding, on a whole circle
+    is_on_arc = phi - 2 * math.pi * math.floor(phi / (2 * math.pi)) <= arc[PHI_1] - arc[PHI_0]
     nearest = add_scaled(vector_at(arc, T), arc[ARC_RADIUS] * p1 / flat, vector_at(arc, E1))
     return add_scaled(nearest, arc[ARC_RADIUS] * p2 / flat, vector_at(arc, E2)), is_on_arc

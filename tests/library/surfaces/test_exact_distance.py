@@ -10,6 +10,7 @@ import sparsurf
 from conftest import ROOT, sphere
 from sparsurf.surfaces.exact_distance import exact_distance
 from sparsurf.surfaces.molecular_surface import roll_spheres
+from sparsurf.surfaces.rolling_probe import PHI_0, PHI_1
 
 PROBE = 1.4
 FAR = 1e6  # Å, in place of the distance of what is not accessible
@@ -111,6 +112,14 @@ def test_a_probe_in_a_wide_cavity_is_known_far_from_its_wall():
     assert removed.tolist() == [-10.0, PROBE]
     deep = exact_distance(middle, roll_spheres(xyz, radii, PROBE, cavities="remove"), deepest=30.0)
     assert deep[0] == pytest.approx(depth_of_outer_places(middle, xyz, radii)[0], abs=0.02)
+
+
+def test_the_seam_of_a_whole_circle_of_places_belongs_to_it():
+    turn = np.linspace(0, 2 * np.pi, 12, endpoint=False)
+    ring = np.column_stack([6 * np.cos(turn), 6 * np.sin(turn), 0 * turn]).round(3)
+    rolled = roll_spheres(ring, np.full(12, 1.7), PROBE)
+    assert np.ptp(rolled.rolled.rolling.arcs[:, PHI_0 : PHI_1 + 1], axis=1) == pytest.approx(2 * np.pi)
+    assert np.abs(exact_distance(rolled.surface(30).points, rolled)).max() < 1e-6
 
 
 @pytest.mark.parametrize("cavities", ["keep", "remove"])
