@@ -37,7 +37,7 @@ with job(snakemake) as s:
     )
     reconstructed = found.reconstructed(s.threads)
     write_rounded(s.output.recovered, found.errors(s.threads, reconstructed))
-    distance = reconstructed.distances(dots.points, s.threads)
+    distance = reconstructed.distances(dots.points, s.threads, found.trials.rolled)
     write_reconstructed(s.output.reconstructed, reconstructed.comparable, distance)
     few, fields = found.subset, found.surface.fields
     rows = few.table.assign(**few.surface.fields)

@@ -11,7 +11,7 @@ from sparsurf_study.workflow.jobs import Job
 from measures.spheres import ERRORS, errors_both_ways
 from measures.tables import read_tables, write_tables
 from sparsurf.evaluation.prepared_surface import PreparedSurface
-from sparsurf.evaluation.trials import independent_dots
+from sparsurf.evaluation.trials import TEST_DENSITY, rolled_atoms
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.recovery.errors import DENSITY_FOR_ERRORS
 from sparsurf.recovery.recovering import interpolate_surface
@@ -49,7 +49,8 @@ def errors_by_power(
     """
     prepared = PreparedSurface(surface, Settings(), None, streams)
     assert surface.origin is not None
-    test = independent_dots(surface.origin)
+    true = rolled_atoms(surface.origin)
+    test = true.surface(TEST_DENSITY)
     first = int(prepared.stream("denser").integers(len(prepared)))
     for power in powers:
         weights = (1.0 - prepared.roughness) ** (power / 2)
@@ -59,7 +60,7 @@ def errors_by_power(
             few = prepared.points[kept], prepared.normals[kept]
             found = interpolate_surface(*few, DENSITY_FOR_ERRORS)
             row = {"power": power, "requested": density, "density": len(kept) / prepared.area}
-            yield row | errors_both_ways((test.points, test.normals), *found)
+            yield row | errors_both_ways((test.points, test.normals), *found, true)
 
 
 def means(table: pd.DataFrame) -> pd.DataFrame:

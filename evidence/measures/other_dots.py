@@ -11,12 +11,14 @@ from measures.molecules import first_model
 from measures.points import msms, msms_program
 from measures.spheres import ERRORS, errors_both_ways
 from measures.tables import write_tables
+from sparsurf.evaluation.trials import rolled_atoms
 from sparsurf.patches.index import build_grid
 from sparsurf.recovery.errors import DENSITY_FOR_ERRORS
 from sparsurf.recovery.reconstructing import DENSITY_FOR_SPHERES
 from sparsurf.recovery.recovering import interpolate_surface
 from sparsurf.recovery.spheres.rebuilding import rebuild
 from sparsurf.sampling.farthest_point import farthest_point_sampling
+from sparsurf.surfaces.molecular_surface import RolledFrame
 from sparsurf.surfaces.radii import radii as radii_of
 from sparsurf.surfaces.surface import Surface
 
@@ -92,24 +94,25 @@ PLACED = {
 SHAPES = {"wavy": wavy, "Gaussian": gaussian}
 
 
-def kinds_of_dots(molecule: sparsurf.Molecule) -> Iterator[tuple[str, Dots, Dots, float]]:
-    """Yield for each kind of dots its name, the dots to choose from, independent dots, and the area (Å^2)."""
+def kinds_of_dots(molecule: sparsurf.Molecule) -> Iterator[tuple[str, Dots, Dots, float, RolledFrame | None]]:
+    """Yield each kind of dots: name, dots to choose from, independent dots, area (Å^2), and the spheres that these lie on."""
 
     def pair(**rules: object) -> tuple[Surface, Surface]:
         return sparsurf.surface(molecule, **rules), sparsurf.surface(molecule, density=TEST_DENSITY, **rules)
 
     dots, test = pair()
-    area, of_test = dots.area.sum(), (test.points, test.normals)
+    area, of_test, true = dots.area.sum(), (test.points, test.normals), rolled_atoms(dots.origin)
     for kind in NOISE:
-        yield kind, (dots.points, dots.normals), of_test, area
+        yield kind, (dots.points, dots.normals), of_test, area, true
     for kind, rules in PLACED.items():
         placed, fresh = pair(**rules)
-        yield kind, (placed.points, placed.normals), (fresh.points, fresh.normals), placed.area.sum()
+        of_fresh = fresh.points, fresh.normals
+        yield kind, (placed.points, placed.normals), of_fresh, placed.area.sum(), rolled_atoms(placed.origin)
     for kind, function in SHAPES.items():
-        yield kind, function(dots), function(test), area
+        yield kind, function(dots), function(test), area, None
     if msms_program():
         points, normals, _, _ = msms(molecule.xyz[0], np.asarray(radii_of(molecule, "dms")), DENSITY_OF_MSMS)
-        yield "MSMS", (points, normals), of_test, area
+        yield "MSMS", (points, normals), of_test, area, true
 
 
 def measure_other_dots(job: Job) -> None:
@@ -119,7 +122,7 @@ def measure_other_dots(job: Job) -> None:
         molecule = first_model(name, path)
         if molecule is None:
             continue
-        for kind, full, test, area in kinds_of_dots(molecule):
+        for kind, full, test, area, true in kinds_of_dots(molecule):
             for density in params.densities:
                 rng = np.random.default_rng(params.seed)
                 few = farthest_point_sampling(build_grid(*full), round(density * area), rng)
@@ -131,10 +134,10 @@ def measure_other_dots(job: Job) -> None:
                 guide = interpolate_surface(
                     points, normals, DENSITY_FOR_SPHERES if rebuilt.share == 0 else DENSITY_FOR_ERRORS
                 )
-                errors = errors_both_ways(test, *guide)
+                errors = errors_both_ways(test, *guide, true)
                 row |= {f"interpolant_{error}": errors[error] for error in ERRORS}
                 if rebuilt.share > 0:
-                    errors = errors_both_ways(test, rebuilt.points, rebuilt.normals)
+                    errors = errors_both_ways(test, rebuilt.points, rebuilt.normals, true)
                 found.append(row | errors)
         progress(k, len(params.structures))
     table = pd.DataFrame(found)

@@ -2,10 +2,12 @@
 
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
 
 import sparsurf
 from sparsurf_study.workflow.jobs import Job, reporter
@@ -17,9 +19,12 @@ from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.evaluation.statistics import estimate
 from sparsurf.evaluation.trials import Trials
 from sparsurf.recovery.errors import DENSITY_FOR_ERRORS, TAIL_QUANTILE, distance_to_surface
+from sparsurf.recovery.mesh import mesh_of_dense
 from sparsurf.recovery.reconstructing import AUTO, DENSITY_FOR_SPHERES, INTERPOLANT, SPHERES, reconstruct
 from sparsurf.settings import Minimal, Settings
 from sparsurf.streams import Streams
+from sparsurf.surfaces.exact_distance import exact_distance
+from sparsurf.surfaces.molecular_surface import RolledFrame
 from sparsurf.surfaces.surface import CONTACT, Surface
 
 FARTHEST, COVER = "farthest", "cover"
@@ -27,6 +32,8 @@ MODELS = (INTERPOLANT, SPHERES)
 ATOMS = "atoms"  # in the columns sampler and model: what is stored in place of dots
 PDB_DECIMALS = 3
 ERRORS = ("mean", "high_99", "largest", "back_99", "back_largest")
+SHAPES = ("area_change", "volume_change", "parts", "parts_true", "handles", "handles_true")
+STEP = 0.4  # Å, of the grid of the meshes from which `SHAPES` are counted
 KEYS = ["group", "sampler", "model", "requested"]
 
 
@@ -37,18 +44,22 @@ def errors_of(
     requested_errors: Sequence[float],
     streams: Streams,
     with_atoms: bool = False,
+    with_shapes: bool = False,
 ) -> Iterator[dict]:
     """Measure the errors of one surface: rows with sampler, model, requested (dots per Å^2, or 'error'), density and `ERRORS`.
 
-    The errors are distances (Å) of independent dots of the whole surface to the reconstructed one: mean, 99 % and largest; and of
-    the reconstructed surface to these dots (back).
+    The errors are distances (Å) of independent dots of the whole surface to the reconstructed one: mean, 99 % and largest; and
+    exact distances of the dots of the reconstructed surface from the true one (back). `with_shapes` adds `SHAPES`.
     """
     prepared = PreparedSurface(surface, Settings(), None, streams)
     trials = {
         sampler: Trials(prepared, sampler, 2, model=AUTO, atoms=surface.origin)
         for sampler in (FARTHEST, COVER)
     }
-    test = trials[FARTHEST].test_surface
+    test, true = trials[FARTHEST].test_surface, trials[FARTHEST].rolled
+    assert test is not None and true is not None
+    dense = true.surface(DENSITY_FOR_SPHERES)
+    true_shape = shape_of(dense.points, dense.normals) if with_shapes else None
 
     def rows(sampler: str, requested: float | str, dots: np.ndarray, models: Sequence[str]) -> Iterator[dict]:
         few = trials[sampler].few(dots)
@@ -57,7 +68,9 @@ def errors_of(
             points, normals, share = reconstruct(few, density, model if model == INTERPOLANT else AUTO)
             row = {"sampler": sampler, "model": model, "requested": requested}
             row |= {"density": len(dots) / prepared.area, "share": share}
-            yield row | errors_both_ways((test.points, test.normals), points, normals)
+            if true_shape is not None:
+                row |= compared(shape_of(points, normals), true_shape)
+            yield row | errors_both_ways((test.points, test.normals), points, normals, true)
 
     for density in densities:
         dots = trials[FARTHEST].draw(round(density * prepared.area))
@@ -69,25 +82,60 @@ def errors_of(
         few = represent(surface, settings, streams, surface.molecule).subset
         yield from rows(few.sampler, f"error {error:g}", few.dots, [few.model])
     if with_atoms:
-        yield errors_of_atoms(surface, test)
+        yield errors_of_atoms(surface, test, true)
 
 
-def errors_of_atoms(surface: Surface, test: Surface) -> dict:
-    """Measure the surface of the atoms as a PDB file stores them, a row like those of `errors_of`: what the measurement adds."""
+def errors_of_atoms(surface: Surface, test: Surface, true: RolledFrame) -> dict:
+    """Measure the surface of all atoms as a PDB file stores them, a row like those of `errors_of`: what the measurement adds.
+
+    The probe rolls over all atoms; the density is that of the exposed ones.
+    """
     origin = surface.origin
     assert origin is not None
     exposed = np.unique(surface.atom[surface.kind == CONTACT])
     of_atoms = sparsurf.surface((origin.xyz.round(PDB_DECIMALS), origin.radii), density=DENSITY_FOR_SPHERES)
     row = {"sampler": ATOMS, "model": ATOMS, "requested": ATOMS, "density": len(exposed) / surface.area.sum()}
-    return row | errors_both_ways((test.points, test.normals), of_atoms.points, of_atoms.normals)
+    return row | errors_both_ways((test.points, test.normals), of_atoms.points, of_atoms.normals, true)
+
+
+class Shape(NamedTuple):
+    """Area (Å^2), volume (Å^3), connected parts and handles of a closed mesh."""
+
+    area: float
+    volume: float
+    parts: int
+    handles: int
+
+
+def shape_of(points: np.ndarray, normals: np.ndarray) -> Shape:
+    """Count the parts and handles of the mesh through dense dots."""
+    mesh = mesh_of_dense(points, normals, STEP)
+    n, sides = len(mesh.vertices), mesh.triangles[:, [0, 1, 1, 2]].reshape(-1, 2)
+    links = coo_matrix((np.ones(len(sides)), sides.T), shape=(n, n))
+    parts = connected_components(links, directed=False)[0]
+    # Euler's number is two for each part, less two for each handle; a triangle has half of three edges
+    return Shape(mesh.area, mesh.volume, parts, parts - (n - len(mesh.triangles) // 2) // 2)
+
+
+def compared(found: Shape, true: Shape) -> dict[str, float]:
+    """Compare the shape of a reconstructed surface with the true one: `SHAPES`, changes in %."""
+    changes = (100 * (found.area / true.area - 1), 100 * (found.volume / true.volume - 1))
+    return dict(zip(SHAPES, (*changes, found.parts, true.parts, found.handles, true.handles), strict=True))
 
 
 def errors_both_ways(
-    test: tuple[np.ndarray, np.ndarray], points: np.ndarray, normals: np.ndarray
+    test: tuple[np.ndarray, np.ndarray],
+    points: np.ndarray,
+    normals: np.ndarray,
+    true: RolledFrame | None = None,
 ) -> dict[str, float]:
-    """Measure the distances (Å) of independent dots from a surface, and of the surface from these: `ERRORS`."""
-    there = distance_to_surface(test[0], points, normals)
-    back = distance_to_surface(points, *test)
+    """Measure the distances (Å) of independent dots from a surface, and of the surface from that of these dots: `ERRORS`.
+
+    They are exact if the spheres below the independent dots are known, `true`; else from planes of the nearest dots.
+    """
+    there = distance_to_surface(test[0], points, normals, true=true)
+    exact = true is not None and true.rolled.exact
+    back = np.abs(exact_distance(points, true)) if exact else distance_to_surface(points, *test)
     errors = [there.mean(), np.quantile(there, TAIL_QUANTILE), there.max()]
     errors += [np.quantile(back, TAIL_QUANTILE), back.max()]
     return dict(zip(ERRORS, map(float, errors), strict=True))
@@ -111,7 +159,8 @@ def measure_spheres(job: Job) -> None:
         known["area"] = surface.area.sum()
         more = name in params.measured_more
         densities = sorted([*params.densities, *(params.more_densities if more else [])])
-        rows = errors_of(surface, densities, params.of_cover, params.requested_errors, streams, more)
+        requested = params.of_cover, params.requested_errors
+        rows = errors_of(surface, densities, *requested, streams, more, params.shapes)
         found += [known | row for row in rows]
         pd.DataFrame(found).to_csv(job.output.errors, index=False)
 
@@ -121,13 +170,15 @@ def means(table: pd.DataFrame) -> pd.DataFrame:
 
     Returns
     -------
-    DataFrame: group, sampler, model, requested, n (structures), density; of each error in Å its mean over structures, the 95 %
-    interval of that (_low, _high), and its highest (_highest)
+    DataFrame: group, sampler, model, requested, n (structures), fewest_atoms and most_atoms, density; of each error in Å, and of
+    each of `SHAPES` its mean over structures, the 95 % interval of that (_low, _high), and its highest (_highest)
     """
     out = []
     for keys, part in table.groupby(KEYS, sort=False):
-        row = dict(zip(KEYS, keys, strict=True)) | {"n": len(part), "density": part["density"].mean()}
-        for name in ERRORS:
+        row = dict(zip(KEYS, keys, strict=True)) | {"n": len(part)}
+        row |= {"fewest_atoms": part["atoms"].min(), "most_atoms": part["atoms"].max()}
+        row["density"] = part["density"].mean()
+        for name in (name for name in (*ERRORS, *SHAPES) if name in table):
             of_structures = estimate(part[name].to_numpy()[None])
             row |= {
                 name: of_structures.mean,

@@ -132,6 +132,7 @@ rule measure_spheres:
         measured_more=lambda wildcards: SPHERES_MEASURED_MORE[spheres_group(wildcards)],
         of_cover=lambda wildcards: config["spheres"]["of_cover"][spheres_group(wildcards)],
         requested_errors=lambda wildcards: config["spheres"]["errors"][spheres_group(wildcards)],
+        shapes=lambda wildcards: spheres_group(wildcards) in config["spheres"]["shapes"],
         seed=config["seed"],
     message:
         "Errors of the interpolant and of the spheres: {wildcards.part}"

@@ -163,14 +163,17 @@ class Representation:
     def errors(self, threads: int = 1, reconstructed: Reconstructed | None = None) -> pd.DataFrame:
         """Return the distances of the true surface from the one reconstructed from the subset: the rows of recovered.csv.
 
-        They are measured on independent dots of the whole surface, or on the dots that were not kept where the atoms of the dots
-        are not known. The surface is reconstructed if it is not given.
+        They are measured on independent dots of the whole surface, each with the exact distance of the nearest reconstructed dot
+        from the true surface. Where the atoms of the dots are not known, they are distances of the dots that were not kept from
+        the planes of the reconstructed dots. The surface is reconstructed if it is not given.
         """
         few, prepared, test = self.subset, self.trials.prepared, self.trials.test_surface
         points, kept = (prepared.points, few.dots) if test is None else (test.points, np.empty(0, int))
         index = prepared.index if test is None else build_grid(test.points, test.normals)
         back = reconstructed or self.reconstructed(threads)
-        errors = error_table(back.distances(points, threads), curvature(index, threads=threads), kept)
+        errors = error_table(
+            back.distances(points, threads, self.trials.rolled), curvature(index, threads=threads), kept
+        )
         low, high = few.interval or (np.nan, np.nan)
         of_subset = {"n_S_percent": len(few), "n_S_percent_low": low, "n_S_percent_high": high}
         of_subset = {key: 100 * n / len(prepared) for key, n in of_subset.items()}

@@ -15,7 +15,7 @@ from sparsurf.sampling.combination import PUBLISHED_CHOICES, Choices
 from sparsurf.sampling.cover import cover_dots
 from sparsurf.sampling.samplers import SamplerLike, get_samplers, nearest_kept
 from sparsurf.settings import BY_BACK, BY_FORTH, BY_MEAN
-from sparsurf.surfaces.molecular_surface import roll_spheres
+from sparsurf.surfaces.molecular_surface import RolledFrame, roll_spheres
 from sparsurf.surfaces.surface import Surface, SurfaceOrigin
 
 MIN_RECONSTRUCTED_DOTS = 12  # no surface can be recovered from fewer
@@ -113,9 +113,14 @@ class Trials:
         return cover_dots(self.prepared.surface, self.atoms)
 
     @cached_property
+    def rolled(self) -> RolledFrame | None:
+        """The atoms with the probe rolled over them, by the rules of their dots; None where the atoms are not known."""
+        return None if self.atoms is None else rolled_atoms(self.atoms)
+
+    @cached_property
     def test_surface(self) -> Surface | None:
         """Independent dots of the whole surface; None where the atoms of the dots are not known."""
-        return None if self.atoms is None else independent_dots(self.atoms)
+        return None if self.rolled is None else self.rolled.surface(TEST_DENSITY)
 
     def distances_to_true(self, dots: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Measure the surface reconstructed from a subset: positions on the true surface (M, 3), and their distances (M,), Å.
@@ -155,8 +160,7 @@ class Trials:
         return MeasuredError(mean, log_error, float(np.quantile(errors, TAIL_QUANTILE)))
 
 
-def independent_dots(atoms: SurfaceOrigin) -> Surface:
-    """Place dots on the whole surface of atoms, by the rules of their origin, where no dot of the surface lies."""
+def rolled_atoms(atoms: SurfaceOrigin) -> RolledFrame:
+    """Roll the probe over the atoms of dots, by the rules of their origin."""
     rules = atoms.rules
-    rolled = roll_spheres(atoms.xyz, atoms.radii, rules.probe_radius, rules.reentrant, rules.cavities)
-    return rolled.surface(TEST_DENSITY)
+    return roll_spheres(atoms.xyz, atoms.radii, rules.probe_radius, rules.reentrant, rules.cavities)

@@ -8,6 +8,8 @@ import pandas as pd
 from sparsurf.kernels import njit
 from sparsurf.patches.index import R_ZERNIKE, PatchIndex, ball, ball_bound, build_grid, cells_within
 from sparsurf.recovery.recovering import CELL, interpolate_surface
+from sparsurf.surfaces.exact_distance import exact_distance
+from sparsurf.surfaces.molecular_surface import RolledFrame
 from sparsurf.surfaces.spacing import DENSITY
 from sparsurf.threads import parallel_map
 
@@ -29,18 +31,30 @@ def distance_to_recovered(
 
 
 def distance_to_surface(
-    points: np.ndarray, surface_points: np.ndarray, surface_normals: np.ndarray, threads: int = 1
+    points: np.ndarray,
+    surface_points: np.ndarray,
+    surface_normals: np.ndarray,
+    threads: int = 1,
+    true: RolledFrame | None = None,
 ) -> np.ndarray:
-    """Compute the distance (M,), Å, of points from dense dots: from the plane of the nearest, or from it if farther off."""
+    """Compute the distance (M,), Å, of points from dense dots: from the plane of the nearest, or from it if farther off.
+
+    If the points lie on the surface of known spheres, `true`, the exact distance of the nearest dot from that surface takes the
+    place of the plane, from which a curved surface deviates by about 0.002 Å between dots. A surface with the concave parts
+    that DMS leaves inside other probes is not that of its spheres, and is measured by planes.
+    """
     index = build_grid(surface_points, side=CELL)
     points = np.ascontiguousarray(points, float)
     nearest, distance = _nearest(index, points, np.full(len(points), -1), threads)
-    height = np.abs(np.einsum("ij,ij->i", points - surface_points[nearest], surface_normals[nearest]))
+    if true is not None and true.rolled.exact:
+        height = np.abs(exact_distance(surface_points[nearest], true, threads=threads))
+    else:
+        height = np.abs(np.einsum("ij,ij->i", points - surface_points[nearest], surface_normals[nearest]))
     spacing = 0.0
     if len(surface_points) > 1:
         measured = index.position[::EVERY].astype(np.int64)
         spacing = np.median(_nearest(index, index.xyz[measured], measured, threads)[1])
-    # The plane of a dot says nothing beyond its neighbours: over a hole, a height of 0 would hide the error
+    # A dot says nothing beyond its neighbours: over a hole, a height of 0 would hide the error
     return np.where(distance <= 2 * spacing, height, distance)
 
 

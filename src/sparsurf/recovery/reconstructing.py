@@ -15,6 +15,7 @@ from sparsurf.recovery.errors import DENSITY_FOR_ERRORS, distance_to_surface
 from sparsurf.recovery.recovering import MIN_INTERPOLATED, NEWTON_STEPS, REACH, interpolate_surface
 from sparsurf.recovery.spheres.rebuilding import rebuild_at
 from sparsurf.recovery.spheres.votes import MIN_DOTS
+from sparsurf.surfaces.molecular_surface import RolledFrame
 from sparsurf.surfaces.spacing import DENSITY
 from sparsurf.surfaces.surface import Surface
 
@@ -86,9 +87,9 @@ class Reconstructed(NamedTuple):
     comparable: Surface  # as dense as the whole surface, for patches and pictures
     model: str  # 'spheres' if some of the dots lie on inferred atoms, else 'interpolant'
 
-    def distances(self, points: np.ndarray, threads: int = 1) -> np.ndarray:
-        """Compute the distance (M,), Å, of points from the reconstructed surface."""
-        return distance_to_surface(points, self.dense.points, self.dense.normals, threads)
+    def distances(self, points: np.ndarray, threads: int = 1, true: RolledFrame | None = None) -> np.ndarray:
+        """Compute the distance (M,), Å, of points from the reconstructed surface; `true` as in `distance_to_surface`."""
+        return distance_to_surface(points, self.dense.points, self.dense.normals, threads, true)
 
 
 def reconstruct_twice(few: Surface, density: float, model: str = AUTO, threads: int = 1) -> Reconstructed:

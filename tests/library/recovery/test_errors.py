@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 import conftest
 from sparsurf.patches.index import build_grid
@@ -12,6 +13,7 @@ from sparsurf.recovery.errors import (
     distance_to_surface,
     error_table,
 )
+from sparsurf.surfaces.molecular_surface import roll_spheres
 
 
 @pytest.fixture(scope="module")
@@ -78,6 +80,25 @@ def test_distances_are_those_of_the_nearest_of_all_dots(blob):
     assert (least > 5).sum() > 20
     assert (least < 2 * spacing).sum() > 20
     assert np.abs(distance_to_surface(points, surface, up) - expected).max() < 1e-12
+
+
+@pytest.mark.parametrize(("reentrant", "largest"), [("exact", 1e-6), ("dms", 0.05)])
+def test_dots_of_known_spheres_deviate_by_nothing(reentrant, largest):
+    """Planes of dots, which DMS's concave parts inside other probes need, deviate from a curved surface between its dots."""
+    xyz = np.array([[0.0, 0, 0], [3, 0, 0], [1.5, 2.5, 0], [1.5, 1, 2.5]])
+    rolled = roll_spheres(xyz, np.full(4, 1.7), 1.4, reentrant)
+    points, dense = rolled.surface(8.0).points, rolled.surface(30.0)
+    by_planes = distance_to_surface(points, dense.points, dense.normals)
+    exact = distance_to_surface(points, dense.points, dense.normals, true=rolled)
+    assert by_planes.mean() > 0.001 and exact.max() < largest
+    assert (exact.max() < 1e-6) == (reentrant == "exact")
+    # raised along the normals, by the height; and across a hole, by the distance from the nearest dot
+    raised = distance_to_surface(points, dense.points + 0.05 * dense.normals, dense.normals, true=rolled)
+    assert np.median(raised) == pytest.approx(0.05, abs=1e-6 if reentrant == "exact" else 2e-3)
+    part = dense.take(np.flatnonzero(dense.points[:, 2] < 0))
+    above = points[:, 2] > 1.5
+    across = distance_to_surface(points[above], part.points, part.normals, true=rolled)
+    assert across == pytest.approx(cKDTree(part.points).query(points[above])[0])
 
 
 @pytest.mark.parametrize("radius", [4.0, 6.0])
