@@ -8,6 +8,7 @@ From a molecule to a subset of its surface and its worth, arrays in and arrays o
     kept = sparsurf.sample(dots, percent=10)       # a tenth of the dots
     sparsurf.compare(dots, kept)                   # Z and d, next to a random subset
     sparsurf.fields(dots)                          # hydropathy and potential at every dot
+    few = sparsurf.surface_atoms("protein.pdb")    # the fewest atoms that determine the surface exactly
     few = sparsurf.minimal(dots)                   # few dots for a mean error of 0.02 Å
     sparsurf.recover(few)                          # the dense surface from them alone; sparsurf.mesh(few) its triangles
 
@@ -28,6 +29,7 @@ cover          the centres and their patches; every dot lies in at least one
 R, R_i         roughness of the patch of dot i: 1 is flat, 0 is rough
 n_S            number of dots that a sampling keeps
 random subset  dots drawn at random, each with the same chance
+surface atoms  the atoms that the probe touches, and inner ones (plugs) that keep it out of the molecule
 minimal subset  few dots from which the surface is reconstructed with a mean error of 0.02 Å, or a requested number
 combination    one choice of (alpha, beta, gamma, delta)
 draw           one random realisation of a combination, or of a random subset
@@ -69,6 +71,7 @@ if TYPE_CHECKING:  # editors and type checkers see what `__getattr__` loads
     from sparsurf.api.points import points, points_of
     from sparsurf.api.show import show
     from sparsurf.api.subsets import compare, prepare, sample
+    from sparsurf.api.surface_atoms import surface_atoms
     from sparsurf.api.surfaces import components, mesh, surface
     from sparsurf.api.writing import write
     from sparsurf.evaluation.minimal_subset import Subset
@@ -82,6 +85,7 @@ if TYPE_CHECKING:  # editors and type checkers see what `__getattr__` loads
     from sparsurf.surfaces.mesh import Mesh
     from sparsurf.surfaces.read_surface import read_surface
     from sparsurf.surfaces.surface import Surface
+    from sparsurf.surfaces.surface_atoms import SurfaceAtoms
 
 # Module of each function and class for users; loaded when first used, so that the import costs nothing.
 FUNCTIONS = {
@@ -102,6 +106,7 @@ FUNCTIONS = {
     "error_at": "recovery.law",
     "floors": "api.minimal",
     "infer_atoms": "api.atoms",
+    "surface_atoms": "api.surface_atoms",
     "recover": "api.minimal",
     "fields": "api.fields",
     "residues": "api.fields",
@@ -115,6 +120,7 @@ CLASSES = {
     "Atoms": "recovery.spheres.atoms",
     "Molecule": "molecules.molecule",
     "Surface": "surfaces.surface",
+    "SurfaceAtoms": "surfaces.surface_atoms",
     "Points": "surfaces.chosen_points",
     "Mesh": "surfaces.mesh",
     "Subset": "evaluation.minimal_subset",
@@ -129,6 +135,7 @@ __all__ = [
     "PreparedSurface",
     "Subset",
     "Surface",
+    "SurfaceAtoms",
     "__version__",
     "compare",
     "components",
@@ -154,6 +161,7 @@ __all__ = [
     "sample",
     "show",
     "surface",
+    "surface_atoms",
     "write",
 ]
 

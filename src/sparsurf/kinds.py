@@ -391,6 +391,7 @@ TABLE: dict[str, dict[str, Choice]] = {
             "Atoms with charges and radii, of which the radii are read.",
             carries=("spheres",),
             is_read=True,
+            is_written=True,
         ),
         "sdf": Choice(
             "sparsurf.surfaces.spheres:read_spheres",

@@ -159,9 +159,9 @@ def as_spheres(source: Any, frame: int, table: str) -> tuple[Any, int, np.ndarra
     if is_file_of_spheres(source):
         spheres = read_spheres(source)
         source = spheres.xyz, spheres.radii
+    if isinstance(source, tuple) and len(source) == 2:
         if frame != 0:
             raise InputError(f"the molecule has one frame, 0: there is no frame {frame}.")
-    if isinstance(source, tuple) and len(source) == 2:
         xyz, values = (real_numbers(part, "molecule: a part of the pair").astype(float) for part in source)
         return SimpleNamespace(xyz=xyz[None]), 0, values
     molecule = as_molecule(source)

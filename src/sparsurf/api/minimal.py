@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import logging
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sparsurf.api.inputs import DotsLike, SurfaceLike, as_dots
 from sparsurf.api.subsets import prepare, warn_of_gaps
+from sparsurf.api.surface_atoms import surface_of_atoms
 from sparsurf.api.surfaces import as_surface
 from sparsurf.arguments import (
     DEFAULT_TEST_DOTS,
@@ -38,6 +40,7 @@ from sparsurf.suggestions import public
 from sparsurf.surfaces.components import fields_without_component
 from sparsurf.surfaces.spacing import DENSITY, refuse_sparse
 from sparsurf.surfaces.surface import Surface
+from sparsurf.surfaces.surface_atoms import SurfaceAtoms
 from sparsurf.threads import available_cores
 
 if TYPE_CHECKING:
@@ -223,7 +226,7 @@ def floors(surface: SurfaceLike, *, d_link: float = D_LINK, seed: int = DEFAULT_
 
 @public()
 def recover(
-    few: DotsLike,
+    few: DotsLike | SurfaceAtoms,
     *,
     density: float = DENSITY,
     reach: float = REACH,
@@ -237,8 +240,9 @@ def recover(
 
     Parameters
     ----------
-    few : Subset, Points, Surface, path, or pair (points, normals)
-        The few dots, such as those from `minimal` or `points`, a file of them, or (n, 3) arrays in Å.
+    few : Subset, Points, Surface, path, pair (points, normals), or SurfaceAtoms
+        The few dots, such as those from `minimal` or `points`, a file of them, or (n, 3) arrays in Å. Atoms from `surface_atoms`
+        determine the surface exactly, and dots are placed on them as by `surface`; `reach`, `steps` and `model` are about dots.
     density : float
         Dots per Å^2 of the reconstructed surface (default 5.35).
     reach : float
@@ -277,6 +281,11 @@ def recover(
     >>> round(float(distance.mean()), 2)
     0.16
     """
+    if isinstance(few, SurfaceAtoms):
+        if (reach, steps, model) != (REACH, NEWTON_STEPS, AUTO):
+            raise InputError("recover: reach, steps and model are about dots; leave them out for atoms.")
+        rules = replace(few.rules, density=DENSITIES.check(density, "density"))
+        return surface_of_atoms(few, rules)
     dense, share = recover_with_share(few, density=density, reach=reach, steps=steps, model=model)
     log.info("recover: %.0f %% of the dots lie on spheres of inferred atoms", 100 * share)
     return dense

@@ -24,6 +24,7 @@ from sparsurf.api.inputs import (
     is_subset,
     opened_source,
 )
+from sparsurf.api.surface_atoms import surface_of_atoms
 from sparsurf.arguments import (
     CAVITIES,
     DENSITY_LIMITS,
@@ -48,6 +49,7 @@ from sparsurf.surfaces.radii import PROBE_RADIUS, RADII
 from sparsurf.surfaces.spacing import DENSITY as PUBLISHED_DENSITY
 from sparsurf.surfaces.spacing import refuse_sparse
 from sparsurf.surfaces.surface import Placement, Surface, SurfaceOrigin
+from sparsurf.surfaces.surface_atoms import SurfaceAtoms
 from sparsurf.threads import available_cores
 
 if TYPE_CHECKING:
@@ -61,7 +63,7 @@ if TYPE_CHECKING:
 
 @public()
 def surface(
-    molecule: MoleculeLike | tuple[ArrayLike, ArrayLike],
+    molecule: MoleculeLike | SurfaceAtoms | tuple[ArrayLike, ArrayLike],
     *,
     frame: int = 0,
     probe_radius: float = PROBE_RADIUS,
@@ -77,8 +79,8 @@ def surface(
     ----------
     molecule : path, Molecule, atoms of another library, or pair (xyz, radii)
         Path of a structure, path of a file with radii (.xyzr, .xyzrn, .pqr) or of a small molecule (.sdf, .mol, .mol2, with
-        radii of Bondi), a Molecule, atoms of mdtraj, biotite, MDAnalysis, gemmi or Biopython, or the centres (A, 3) and
-        radii (A,) of spheres in Å.
+        radii of Bondi), a Molecule, atoms of mdtraj, biotite, MDAnalysis, gemmi or Biopython, the centres (A, 3) and
+        radii (A,) of spheres in Å, or SurfaceAtoms from `surface_atoms`, on which the surface is the same as on all atoms.
     frame : int
         Position of the frame, from 0 (default 0). An AtomGroup of MDAnalysis has one, the current frame of its trajectory.
     probe_radius : float
@@ -127,6 +129,8 @@ def surface(
     probe_radius, d_link = PROBE.check(probe_radius, "probe_radius"), LENGTH.check(d_link, "d_link")
     density = DENSITY_LIMITS.check(density, "density", "auto")
     rules = placement(probe_radius, density, radii, cavities, reentrant)
+    if isinstance(molecule, SurfaceAtoms):
+        return surface_of_atoms(molecule, rules, d_link)
     if not isinstance(molecule, tuple) and not is_file_of_spheres(molecule):
         atoms = as_molecule(molecule)
         check_frame(atoms, frame, "the molecule")
@@ -385,6 +389,8 @@ def _sized(build: Callable[[float], Mesh], size: MeshSize, probe: float) -> Mesh
 def as_surface(source: SurfaceLike, d_link: float = D_LINK) -> Surface:
     """Return dots from all that `as_dots` takes, and those of a molecule with default settings for `d_link`, Å."""
     given = opened_source(source)
+    if isinstance(given, SurfaceAtoms):
+        return surface_of_atoms(given, d_link=d_link)
     if isinstance(given, Source) and given.format.name != FILE_OF_DOTS:
         return surface_of_molecule(molecule_of_files(given), Placement(), d_link, "surface", 0)
     if not has_atoms(given):

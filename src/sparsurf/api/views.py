@@ -103,6 +103,10 @@ def surface_of_result(result: Any) -> Surface:
         from sparsurf.api.surfaces import surface as place_dots  # here: dots need no molecule
 
         return place_dots(result)
+    if hasattr(result, "is_exact"):  # SurfaceAtoms
+        from sparsurf.api.surface_atoms import surface_of_atoms
+
+        return surface_of_atoms(result)
     dots = getattr(result, "vertices", None) or getattr(result, "surface", None)
     return dots if isinstance(dots, Surface) else result
 

@@ -20,6 +20,7 @@ from sparsurf.api.about import About
 from sparsurf.api.inputs import MoleculeLike, as_molecule, check_frame, is_subset
 from sparsurf.api.replacing import Companions, beside_mesh, path_of_faces, refuse_replacing
 from sparsurf.api.scenes import SCENES, chimerax_script, is_opened_by, write_scene
+from sparsurf.api.surface_atoms import writers_of_atoms
 from sparsurf.arguments import FRAME, check_flag
 from sparsurf.errors import InputError
 from sparsurf.files import as_path, closed_streams, shorten
@@ -34,6 +35,7 @@ from sparsurf.surfaces.formats.ply import KIND_COLOURS, limits_of, viridis, writ
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.spheres import write_spheres
 from sparsurf.surfaces.surface import ARRAY_NAMES, Reconstruction, Surface
+from sparsurf.surfaces.surface_atoms import SurfaceAtoms
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -362,7 +364,7 @@ def _write_profile(
 
 @public()
 def write(
-    result: Surface | Points | Subset | Mesh | Molecule | pd.DataFrame,
+    result: Surface | Points | Subset | Mesh | Molecule | SurfaceAtoms | pd.DataFrame,
     path: str | Path,
     molecule: MoleculeLike | None = None,
     frame: int = 0,
@@ -381,8 +383,9 @@ def write(
 
     Parameters
     ----------
-    result : Surface, Points, Subset, Mesh, Molecule, or DataFrame
-        What is written. A molecule is written as PDB, or as spheres of the radii 'dms' (.xyzr, .xyzrn). A mesh is written as
+    result : Surface, Points, Subset, Mesh, Molecule, SurfaceAtoms, or DataFrame
+        What is written. A molecule is written as PDB, or as spheres of the radii 'dms' (.xyzr, .xyzrn). Atoms of a surface are
+        written as .xyzr, .pqr or .pdb (with the radii as B factors), whose header says probe and radii. A mesh is written as
         PLY, as npz with `vertices`, `faces`, `normals` and its fields, or as .vert with a .face next to it, as by the program
         MSMS; in PLY and npz its numbers are float32 and its triangles int32. An npz of dots holds `points`, `normals` and their
         fields. `read_surface` reads all three.
@@ -421,7 +424,7 @@ def write(
             f"write: names is {names!r}; it must be a dictionary such as {{'hydropathy': 'hphob'}}."
         )
     is_table = hasattr(result, "iloc")  # of pandas
-    if (is_table or isinstance(result, Molecule)) and (names or colours is not None):
+    if (is_table or isinstance(result, Molecule | SurfaceAtoms)) and (names or colours is not None):
         raise InputError("write: names and colours are about fields of dots and meshes; leave them out.")
     if is_table:
         _refuse_frame(frame, 0)
@@ -429,6 +432,10 @@ def write(
         return
     if isinstance(result, Molecule):
         _write_molecule(result, path, frame)
+        return
+    if isinstance(result, SurfaceAtoms):
+        writers = writers_of_atoms(result)
+        write_file(path, tuple(writers), writers)
         return
     atoms = None if molecule is None else as_molecule(molecule)
     if atoms is not None:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import logging
 import re
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import cache
 from itertools import product
 from pathlib import Path
@@ -259,7 +259,13 @@ def _check_end(
         )
 
 
-def write_pdb(path: StrPath, xyz: np.ndarray, atoms: AtomsLike, b_factor: np.ndarray | None = None) -> None:
+def write_pdb(
+    path: StrPath,
+    xyz: np.ndarray,
+    atoms: AtomsLike,
+    b_factor: np.ndarray | None = None,
+    remarks: Sequence[str] = (),
+) -> None:
     """Write one model, xyz (A, 3) in Å: ATOM and HETATM lines, TER after each chain, END; the same bytes for the same input.
 
     Chain ids of more than two letters do not fit: they are renamed, with a warning. Residue names that do not fit get
@@ -270,7 +276,8 @@ def write_pdb(path: StrPath, xyz: np.ndarray, atoms: AtomsLike, b_factor: np.nda
     width = max(map(len, chains))
     # four letters reach into column 21
     short_names = _short_residue_names(atoms.residue_name, 5 - max(width, 1))
-    lines = [f"HETNAM     {short:60s}{name[:LONGEST_NAME]}\n" for name, short in short_names.items()]
+    lines = [f"REMARK   6 {line}\n" for line in remarks]
+    lines += [f"HETNAM     {short:60s}{name[:LONGEST_NAME]}\n" for name, short in short_names.items()]
     for i, position in enumerate(xyz):
         record = "ATOM  " if atoms.kind[i] in ("protein", "nucleic") else "HETATM"
         name, symbol = atoms.name[i], atoms.element[i]

@@ -81,14 +81,14 @@ def components_of_rolled(surface: Surface, rolled: RolledProbe, kept: np.ndarray
     rank = np.empty(n_atoms, np.int64)
     rank[rolled.by_position] = np.arange(n_atoms)
     owner = rank[np.searchsorted(kept, surface.atom)]
-    joined, meeting = _joined_arcs(rolling)
+    joined, meeting = joined_arcs(rolling)
     n_arcs = len(joined)
     order, first = _arcs_of_atoms(rolling.pair, n_atoms)
     has_arcs = np.flatnonzero(np.diff(first))
     label = n_arcs + rolled.by_position  # by atom; it stays that of a sphere that touches no other
     label[has_arcs] = order[first[has_arcs]]
     mixed = np.zeros(n_atoms, bool)
-    mixed[_atoms_of_several_sets(_roots(joined), order, first, has_arcs)] = True
+    mixed[_atoms_of_several_sets(set_of_arcs(joined), order, first, has_arcs)] = True
     labels = label[owner]
     doubtful = np.flatnonzero(mixed[owner])
     doubtful = doubtful[np.argsort(owner[doubtful], kind="stable")]
@@ -98,7 +98,7 @@ def components_of_rolled(surface: Surface, rolled: RolledProbe, kept: np.ndarray
         nearest = arcs[_distances(centres[dots], rolling.arcs[arcs]).argmin(axis=1)]
         _join_loops(joined, arcs, meeting, rolling, atom)
         labels[dots] = nearest
-    roots = np.append(_roots(joined), np.arange(n_atoms) + n_arcs)
+    roots = np.append(set_of_arcs(joined), np.arange(n_atoms) + n_arcs)
     _, labels, count = np.unique(roots[labels], return_inverse=True, return_counts=True)
     # The largest first, and of equal ones that with the first arc: the number of a component depends on nothing else
     return np.argsort(np.argsort(-count, kind="stable"))[labels]
@@ -168,13 +168,14 @@ def no_enclosed_centres(rolling: Rolling) -> EnclosedCentres:
     )
 
 
-class _LabelledCentres(NamedTuple):
+class LabelledCentres(NamedTuple):
     """The set of centres between which the probe rolls, of each place where it touches atoms."""
 
     roots: np.ndarray  # (B,) int, set of each arc
     label: np.ndarray  # (A,) int, set of the centres around each atom, unless several are
     is_mixed: np.ndarray  # (A,) bool, whether several are: then the nearest arc decides
     closed: np.ndarray  # bool by set, whether the probe cannot leave
+    faces_outwards: np.ndarray  # bool by set, whether it surrounds atoms, and not the probe
     is_accessible: np.ndarray  # (A,) bool, whether the apex of the atom's sphere lies in no other sphere
     meeting: np.ndarray  # (B, 2) int, the fixed probes at both ends of each arc, or -1
     order: np.ndarray  # as of EnclosedCentres
@@ -188,13 +189,13 @@ def enclosed_centres(rolling: Rolling) -> EnclosedCentres:
     there the spheres lie above. What lies inside a cavity, such as an atom that touches no wall, is found from its own apex: the
     way upwards first meets the wall.
     """
-    labels = _label_centres(rolling)
+    labels = label_centres(rolling)
     return _centres_in(rolling, labels, labels.closed)
 
 
 def centres_of_cavities(rolling: Rolling) -> list[EnclosedCentres]:
     """Return, for each cavity, which centres lie in it."""
-    labels = _label_centres(rolling)
+    labels = label_centres(rolling)
     sets = np.unique(labels.roots[labels.closed[labels.roots]])
     numbers = np.arange(len(labels.closed))
     return [_centres_in(rolling, labels, numbers == number) for number in sets]
@@ -206,7 +207,7 @@ def all_other_centres(chosen: EnclosedCentres) -> EnclosedCentres:
     return chosen._replace(arcs=~chosen.arcs, probes=~chosen.probes, atoms=atoms.astype(np.int8))
 
 
-def _centres_in(rolling: Rolling, labels: _LabelledCentres, chosen: np.ndarray) -> EnclosedCentres:
+def _centres_in(rolling: Rolling, labels: LabelledCentres, chosen: np.ndarray) -> EnclosedCentres:
     """Return which centres belong to chosen sets, a bool for each."""
     arcs = chosen[labels.roots]
     probes = np.zeros(len(rolling.probes), bool)
@@ -219,16 +220,16 @@ def _centres_in(rolling: Rolling, labels: _LabelledCentres, chosen: np.ndarray) 
     return EnclosedCentres(arcs, probes, states, labels.order, labels.first)
 
 
-def _label_centres(rolling: Rolling) -> _LabelledCentres:
+def label_centres(rolling: Rolling) -> LabelledCentres:
     """Find the sets of centres between which the probe rolls, and those from which it cannot leave."""
     n_arcs, n_atoms = len(rolling.arcs), len(rolling.atoms.centre)
-    joined, meeting = _joined_arcs(rolling)
+    joined, meeting = joined_arcs(rolling)
     order, first = _arcs_of_atoms(rolling.pair, n_atoms)
     has_arcs = np.flatnonzero(np.diff(first))
-    mixed = _atoms_of_several_sets(_roots(joined), order, first, has_arcs)
+    mixed = _atoms_of_several_sets(set_of_arcs(joined), order, first, has_arcs)
     for atom in mixed:
         _join_loops(joined, order[first[atom] : first[atom + 1]], meeting, rolling, atom)
-    roots = _roots(joined)
+    roots = set_of_arcs(joined)
     label = n_arcs + np.arange(n_atoms)
     label[has_arcs] = roots[order[first[has_arcs]]]
     mixed = _atoms_of_several_sets(roots, order, first, has_arcs)
@@ -259,7 +260,11 @@ def _label_centres(rolling: Rolling) -> _LabelledCentres:
     for root, atom in sorted(outward.items(), key=lambda item: -apexes[item[1], 0]):
         met, wall = _first_sphere_above(apexes[atom], centre, reach)
         closed[root] = met is not None and closed[label_at(wall, met)]
-    return _LabelledCentres(roots, label, is_mixed, closed, is_accessible, meeting, order, first)
+    faces_outwards = np.zeros(n_arcs + n_atoms, bool)
+    faces_outwards[list(outward)] = True
+    return LabelledCentres(
+        roots, label, is_mixed, closed, faces_outwards, is_accessible, meeting, order, first
+    )
 
 
 def _nearest_probes(rolling: Rolling, atoms: np.ndarray, centres: np.ndarray) -> np.ndarray:
@@ -293,7 +298,7 @@ def analytical_faces(
     rolling = roll(np.add(*relative_positions(xyz)), radii + probe)
     centres = surface.points - xyz[0] + probe * surface.normals
     owner = np.searchsorted(kept, surface.atom)
-    _, meeting = _joined_arcs(rolling)
+    _, meeting = joined_arcs(rolling)
     n_atoms, n_arcs, n_probes = len(xyz), len(rolling.arcs), len(rolling.probes)
     order, first = _arcs_of_atoms(rolling.pair, n_atoms)
     face = n_probes + 3 * n_arcs + owner  # of a sphere that touches no other
@@ -343,7 +348,7 @@ def _patches_of_atom(arcs: np.ndarray, meeting: np.ndarray, rolling: Rolling, at
     loop = np.array([loops[arc] for arc in arcs.tolist()])
     _join(joined, arcs[loop], arcs)
     _join_loops(joined, arcs, meeting, rolling, atom)
-    return _roots(joined)[arcs]
+    return set_of_arcs(joined)[arcs]
 
 
 def _atoms_of_several_sets(
@@ -395,14 +400,14 @@ def is_enclosed(position: Vector, atom: int, rolling: Rolling, enclosed: Enclose
     nearest, best = -1, np.inf
     for slot in range(enclosed.first[atom], enclosed.first[atom + 1]):
         arc = enclosed.order[slot]
-        distance = _squared_distance_to_arc(position, rolling.arcs[arc])
+        distance = squared_distance_to_arc(position, rolling.arcs[arc])
         if distance < best:
             nearest, best = arc, distance
     return enclosed.arcs[nearest]
 
 
 @njit(cache=True, nogil=True)
-def _squared_distance_to_arc(position: Vector, arc: np.ndarray) -> float:
+def squared_distance_to_arc(position: Vector, arc: np.ndarray) -> float:
     """Return the squared distance between a position and the nearest point of an arc."""
     nearest, is_on_arc = nearest_on_arc(position, arc)
     if is_on_arc:
@@ -425,8 +430,8 @@ def _root(joined: np.ndarray, arc: int) -> int:
 
 
 @njit(cache=True, nogil=True)
-def _roots(joined: np.ndarray) -> np.ndarray:
-    """Return the root of every arc."""
+def set_of_arcs(joined: np.ndarray) -> np.ndarray:
+    """Return the set of every arc, named by its lowest arc."""
     roots = np.empty_like(joined)
     for arc in range(len(joined)):
         roots[arc] = _root(joined, arc)
@@ -448,7 +453,7 @@ def _ends(arcs: np.ndarray) -> np.ndarray:
     return arcs[:, None, T : T + 3] + arcs[:, ARC_RADIUS, None, None] * outward
 
 
-def _joined_arcs(rolling: Rolling) -> tuple[np.ndarray, np.ndarray]:
+def joined_arcs(rolling: Rolling) -> tuple[np.ndarray, np.ndarray]:
     """Join arcs that end at the same fixed probe: the parent of each, and the probes at its two ends, (B, 2), or -1."""
     joined = np.arange(len(rolling.arcs))
     probe_of_end = _probes_at_ends(_ends(rolling.arcs).reshape(-1, 3), rolling.probes)
@@ -584,7 +589,7 @@ def _loops(arcs: np.ndarray, meeting: np.ndarray) -> dict[int, int]:
     arc, side = (np.ascontiguousarray(column) for column in np.nonzero(meeting[arcs] >= 0))
     _, first, of_probe = np.unique(meeting[arcs][arc, side], return_index=True, return_inverse=True)
     _join(parent, arc, arc[first[of_probe]])
-    return dict(zip(arcs.tolist(), _roots(parent).tolist(), strict=True))
+    return dict(zip(arcs.tolist(), set_of_arcs(parent).tolist(), strict=True))
 
 
 def _covering_caps(atoms: RolledAtoms, atom: int) -> tuple[np.ndarray, np.ndarray]:

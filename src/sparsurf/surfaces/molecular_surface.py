@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 
     from sparsurf.molecules.molecule import Molecule
     from sparsurf.surfaces.surface import Rules
+    from sparsurf.surfaces.surface_atoms import SurfaceAtoms
 
 log = logging.getLogger("sparsurf")
 
@@ -65,6 +66,22 @@ def surface_of_spheres(
     generator = partial(surface_generator, spheres, 0, radii, settings, d_link, "surface")
     xyz = spheres.xyz[0]
     origin = SurfaceOrigin(None, 0, xyz, settings, d_link, radii, rolled.components, dots.points, generator)
+    return replace(dots, origin=origin)
+
+
+def surface_of_surface_atoms(atoms: SurfaceAtoms, settings: Rules, d_link: float) -> Surface:
+    """Place dots on the atoms that determine a surface; where these are exact, the dots carry all atoms of the molecule."""
+    rolled = roll_frame(SimpleNamespace(xyz=atoms.centres[None]), 0, atoms.radii, settings)
+    rolled = replace(rolled, kept=atoms.atom[rolled.kept])
+    dots, _ = rolled.surface_for_d_link(settings.density, d_link, "surface")
+    if not atoms.is_exact:
+        return dots
+    xyz, radii = atoms.spheres.xyz, atoms.spheres.radii
+    whole = SimpleNamespace(xyz=xyz[None])
+    generator = partial(surface_generator, whole, 0, radii, settings, d_link, "surface")
+    origin = SurfaceOrigin(
+        atoms.molecule, atoms.frame, xyz, settings, d_link, radii, rolled.components, dots.points, generator
+    )
     return replace(dots, origin=origin)
 
 

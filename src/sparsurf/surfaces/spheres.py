@@ -14,6 +14,7 @@ import numpy as np
 from sparsurf import kinds
 from sparsurf.errors import FILE, InputError, naming_file
 from sparsurf.files import ends_within_a_row, read_text, shorten
+from sparsurf.molecules.atoms import AtomsLike
 from sparsurf.molecules.formats import suffix
 from sparsurf.surfaces.radii import RADII, RADIUS_OF_OTHER_ELEMENTS
 
@@ -208,10 +209,34 @@ SPHERE_FORMATS = kinds.suffixes("spheres", is_read=True)
 
 
 def write_spheres(
-    path: Path | str, xyz: np.ndarray, radii: np.ndarray, names: Sequence[str] | None = None
+    path: Path | str,
+    xyz: np.ndarray,
+    radii: np.ndarray,
+    names: Sequence[str] | None = None,
+    header: Sequence[str] = (),
 ) -> None:
-    """Write spheres at (A, 3) with radii (A,), Å, as .xyzr; as .xyzrn if there are names (A,)."""
+    """Write spheres at (A, 3) with radii (A,), Å, as .xyzr; as .xyzrn if there are names (A,). The header is one of comments."""
     with open(path, "w", encoding="ascii", errors="replace") as stream:
+        stream.writelines(f"# {line}\n" for line in header)
         for k, ((x, y, z), radius) in enumerate(zip(xyz.tolist(), radii.tolist(), strict=True)):
             name = f" 1 {names[k]}" if names is not None else ""
-            stream.write(f"{x:.3f} {y:.3f} {z:.3f} {radius:.3f}{name}\n")
+            stream.write(f"{x:.3f} {y:.3f} {z:.3f} {_decimals(radius)}{name}\n")
+
+
+def _decimals(radius: float) -> str:
+    """Return a radius, Å, with three decimals, or all that it has."""
+    return text if float(text := f"{radius:.3f}") == radius else repr(radius)
+
+
+def write_pqr(
+    path: Path | str, xyz: np.ndarray, radii: np.ndarray, atoms: AtomsLike, header: Sequence[str] = ()
+) -> None:
+    """Write atoms at (A, 3) with radii (A,), Å, as .pqr with the charge 0."""
+    lines = [f"REMARK {line}\n" for line in header]
+    for k, ((x, y, z), radius) in enumerate(zip(xyz.tolist(), radii.tolist(), strict=True)):
+        record = "ATOM" if atoms.kind[k] in ("protein", "nucleic") else "HETATM"
+        labels = f"{k + 1} {atoms.name[k]} {atoms.residue_name[k]} {atoms.chain[k]} {atoms.residue[k]}"
+        lines.append(
+            f"{record} {' '.join(labels.split())} {x:.3f} {y:.3f} {z:.3f} 0.000 {_decimals(radius)}\n"
+        )
+    Path(path).write_text("".join([*lines, "END\n"]), encoding="ascii", errors="replace")

@@ -64,6 +64,10 @@ CALLS = [
     ("surface", lambda g, **k: sparsurf.surface(g.frames, **k), {}, {
         "frame": 1, "probe_radius": 1.6, "density": 9.0, "radii": "bondi", "d_link": 0.3}),
     ("surface", lambda g, **k: sparsurf.surface(PROTEIN, **k), {}, {"cavities": "remove", "reentrant": "dms"}),
+    ("surface_atoms", lambda g, **k: sparsurf.surface_atoms(g.frames, **k).to_frame(), {}, {
+        "frame": 1, "probe_radius": 1.6, "radii": "bondi"}),
+    ("surface_atoms", lambda g, **k: sparsurf.surface_atoms(PROTEIN, **k).to_frame(), {}, {
+        "cavities": "remove", "plugs": False}),
     ("points", lambda g, **k: sparsurf.points(g.frames, **k), {"n_dots": 40}, {
         "n_dots": 41, "density": NOT_N | {"density": 0.5}, "fields": ["hydropathy"], **SEED, "frame": 1, "probe_radius": 1.6,
         "radii": "bondi"}),

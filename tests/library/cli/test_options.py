@@ -25,6 +25,7 @@ CALLS = {  # with which options are combined
     "points": ("two.pdb", "--n-dots 40", {"n_dots": 40}),
     "show": ("two.pdb", "--no-open", {}),
     "frames": ("two.pdb", "", {}),
+    "atoms": ("two.pdb", "", {}),
 }
 OF_ATOMS = {
     "--chains A": {"chains": "A"},
@@ -75,6 +76,7 @@ OPTIONS = {
     "show": {"": {}, **OF_ATOMS, **PLACED, **CAGED},
     "frames": {"": {}, **{words: keys for words, keys in OF_ATOMS.items() if "frame" not in keys}, **HYDROPATHY, **PLACED,
      **CAGED, "--stride 2": {"stride": 2}},
+    "atoms": {"": {}, **OF_ATOMS, **PLACED, **CAGED},
 }  # fmt: skip
 FILES = {  # in which an option has an effect
     "--assembly": "apart.pdb",
@@ -134,7 +136,9 @@ def result(out, name, file, call, options):
     for option, others in INSTEAD.items():
         if {option, *others} & {*options.split()} and option in words:
             del words[words.index(option) : words.index(option) + 2]
-    suffix = "ply" if "--mesh" in options or name == "points" else "html" if name == "show" else "csv"
+    suffix = {"points": "ply", "show": "html", "atoms": "pdb"}.get(
+        name, "ply" if "--mesh" in options else "csv"
+    )
     path = out / f"x.{suffix}"
     assert command.main([name, file, *words, *options.split(), "--quiet", "-o", str(path)]) == 0
     return read(path)
@@ -231,6 +235,12 @@ def recover(file, keys, out):
     )
 
 
+def atoms(file, keys, out):
+    rules = some(keys, "frame", "probe_radius", "radii", "cavities")
+    sparsurf.surface_atoms(molecule_of(file, keys), **rules).write(out / "own.pdb")
+    return read(out / "own.pdb")
+
+
 def points(file, keys, out):
     sizes = some(keys, "density") or some(keys, "n_dots")
     settings = some(keys, "fields", "seed", "frame", "probe_radius", "radii", "cavities")
@@ -253,7 +263,7 @@ def frames(file, keys, out):
 
 WANTED = {
     wanted.__name__: wanted
-    for wanted in (surface, residues, roughness, descriptors, minimal, recover, points, show, frames)
+    for wanted in (surface, residues, roughness, descriptors, minimal, recover, points, show, frames, atoms)
 }
 
 

@@ -14,11 +14,11 @@ from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.surfaces.components import (
     _arcs_of_atoms,
     _join_loops,
-    _joined_arcs,
     _loops,
     _n_covered_parts,
-    _roots,
     components_of,
+    joined_arcs,
+    set_of_arcs,
     summarize_components,
     table_of_components,
     without_cavities,
@@ -93,7 +93,7 @@ def test_no_mesh_keeps_a_hole_where_two_fixed_probes_nearly_coincide():
     lattice = np.array(np.meshgrid(steps, steps, steps)).reshape(3, -1).T
     walls = lattice[np.abs(lattice).max(axis=1) > 3], np.full(98, 1.7)
     rolling = roll(np.add(*relative_positions(walls[0])), walls[1] + 1.4)
-    _, meeting = _joined_arcs(rolling)
+    _, meeting = joined_arcs(rolling)
     assert np.bincount(meeting.ravel(), minlength=len(rolling.probes)).tolist() == [3] * len(rolling.probes)
     outside = sparsurf.mesh(walls, step=0.5)
     dots = sparsurf.surface(walls, cavities="remove")
@@ -175,7 +175,7 @@ def test_borders_around_one_free_part_of_an_atom_belong_together():
         around = directions / np.linalg.norm(directions, axis=1)[:, None] * rng.uniform(3.0, 6.2, (n, 1))
         sizes = np.append(1.9, rng.uniform(0.5, 2.0, n))
         rolling = roll(np.vstack([[[0.0, 0, 0]], around]), sizes + 1.4)
-        _, meeting = _joined_arcs(rolling)
+        _, meeting = joined_arcs(rolling)
         order, first = _arcs_of_atoms(rolling.pair, n + 1)
         arcs = order[first[0] : first[1]]
         border = _loops(arcs, meeting)
@@ -186,7 +186,7 @@ def test_borders_around_one_free_part_of_an_atom_belong_together():
         covered = _n_covered_parts(rolling.atoms, 0)
         if len(arcs):
             borders = len(set(border.values()))
-            assert len(set(_roots(joined)[arcs].tolist())) == borders + 1 - covered
+            assert len(set(set_of_arcs(joined)[arcs].tolist())) == borders + 1 - covered
             cases += borders > 1 and 1 < covered < borders
     assert cases > 10
 

@@ -1,0 +1,65 @@
+"""`sparsurf atoms`: the atoms that determine the surface of a molecule."""
+
+import argparse
+from typing import Any
+
+from sparsurf.api.inputs import is_file_of_spheres
+from sparsurf.cli import options, outputs
+from sparsurf.errors import InputError
+
+FORMATS = (".xyzr", ".pqr", ".pdb")
+EXAMPLES = """\
+The atoms that the probe touches determine the surface, and none of them can be left out. A few inner atoms (plugs) keep the probe
+out of the voids between them. The surface of the result is the surface of the molecule, for this probe and, where the walls of
+cavities are kept, for every larger one; with another table of radii it is another surface.
+A .xyzr holds x, y, z and the radius of each atom, for MSMS and other programs; a .pqr and a .pdb also hold the names of atoms and
+residues, and the radius of each atom is its last column or its B factor. The header says the radius of the probe and the radii.
+
+FILE may also hold radii (.xyzr .xyzrn .pqr) or the elements of a small molecule (.sdf .mol .mol2), which get radii of Bondi; the
+result is then a .xyzr.
+
+examples:
+  sparsurf atoms protein.pdb -o few.xyzr
+  sparsurf atoms protein.pdb --cavities remove -o few.pdb
+  sparsurf atoms protein.pdb --trajectory run.xtc --frame 20 -o few.pqr
+  sparsurf surface few.xyzr -o dots.ply
+"""
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the command."""
+    parser.add_argument("file", metavar="FILE", help="structure, or a file with radii or elements")
+    options.add_output(parser, FORMATS)
+    options.add_molecule(parser)
+    options.add_placement(parser)
+
+
+def run(args: argparse.Namespace) -> None:
+    """Write the atoms."""
+    from sparsurf.api.surface_atoms import surface_atoms, surface_of_atoms  # here: they load kernels
+    from sparsurf.api.writing import write
+
+    of_spheres = is_file_of_spheres(args.file)
+    outputs.check(args, (".xyzr",) if of_spheres else FORMATS)
+    source: Any = args.file
+    rules = options.placement_options(args)
+    if of_spheres:
+        options.refuse_structure_options(args, "spheres")
+    elif not options.reads_atoms(args):
+        raise InputError(
+            f"{args.file} holds dots, and dots hold no atoms; give the structure that they lie on."
+        )
+    else:
+        source = options.read_atoms(args)
+        rules["frame"] = args.frame or 0
+        options.say(f"surface of {source.n_atoms:,} atoms")
+    few = surface_atoms(source, **rules)
+    write(few, args.output)
+    if outputs.is_reported(args):
+        n_touched, area = int(few.touched.sum()), float(surface_of_atoms(few).area.sum())
+        message = f"{len(few):,} of {len(few.spheres.radii):,} atoms ({len(few) / area:.3f} per Å^2): {n_touched:,} that the "
+        message += f"probe touches, and {len(few) - n_touched:,} plugs. "
+        equal = "The surface is the same as that of all atoms."
+        outputs.report(
+            args, message + (equal if few.is_exact else "They may not determine the surface exactly.")
+        )
