@@ -20,6 +20,7 @@ from typing import Any
 
 from sparsurf.errors import InputError
 from sparsurf.files import pluralise
+from sparsurf_study.catalogue import output_of
 from sparsurf_study.workflow.checksums import Checksums, Stamp, stamp, stamps, write_json
 
 RECORD_FORMAT = 1  # of a record; a higher number is of a newer version of this program
@@ -216,11 +217,12 @@ def disagreements(run: Path, metadata: Path | None = None) -> Disagreements:
         for path in sizes
         if path not in owners
         and whole.isdisjoint(map(str, Path(path).parents))
+        and _is_of_a_rule(Path(path).relative_to(run))
         and not (metadata is None and Path(path).relative_to(run).parts[1:2] in KEPT_FOLDERS)
     }
     found.results |= dict.fromkeys(by_kind["unrecorded"], "")
     stored.save()
-    if not any(record.origin == "job" for record in records.values()):
+    if by_kind["unrecorded"] and not any(record.origin == "job" for record in records.values()):
         found.lines.append(
             f"{run}/ has no records of its jobs, as version 3.0.0 and earlier ones left it: its results are computed again."
         )
@@ -236,6 +238,14 @@ def disagreements(run: Path, metadata: Path | None = None) -> Disagreements:
             }
     found.lines += other_versions(run, records.values())
     return found
+
+
+def _is_of_a_rule(path: Path) -> bool:
+    """Return whether a rule writes a file of a run, or a folder that holds it; any other file is one of the user."""
+    is_part_of_frames = path.match(
+        "*/ensemble/*.csv"
+    )  # which Snakemake deletes, so that the catalogue has none
+    return is_part_of_frames or any(output_of(part.as_posix()) for part in (path, *path.parents[:-1]))
 
 
 # What is said of one result, and of many

@@ -87,7 +87,9 @@ def same(path, known):
     return path.read_bytes()[0 if whole else -50 :] == known.read_bytes()[0 if whole else -50 :]
 
 
-def snakemake(inputs=("in.csv",), outputs=("results/r/p/a.csv", "results/r/p/b.csv"), rule="work", **params):
+def snakemake(
+    inputs=("in.csv",), outputs=("results/r/p/explained.csv", "results/r/p/frames.csv"), rule="work", **params
+):
     """What Snakemake hands to a script of a job of the run r."""
     given = {"input": list(inputs), "output": list(outputs)}
     lists = {
@@ -140,7 +142,7 @@ def test_a_job_records_what_it_read_wrote_and_computed_with(folder):
 
     assert record.versions["numpy"] == numpy.__version__ and record.versions.keys() == {*ledger.LIBRARIES}
     assert ledger.disagreements(RUN) == ledger.Disagreements()
-    assert sorted(path.name for path in (folder / RUN / "p").iterdir()) == ["a.csv", "b.csv"]
+    assert sorted(path.name for path in (folder / RUN / "p").iterdir()) == ["explained.csv", "frames.csv"]
 
 
 def test_a_job_that_fails_leaves_no_output_and_no_record(folder):
@@ -150,10 +152,12 @@ def test_a_job_that_fails_leaves_no_output_and_no_record(folder):
         jobs.logging.getLogger("sparsurf").warning("%s is odd", s.output[1])
         raise InputError(f"{s.output[0]} is wrong.")
     assert Path("results/r/logs/p/work.log").read_text().splitlines() == [
-        "WARNING results/r/p/b.csv is odd",
-        "ERROR results/r/p/a.csv is wrong.",
+        "WARNING results/r/p/frames.csv is odd",
+        "ERROR results/r/p/explained.csv is wrong.",
     ]
-    assert Path("results/r/p/a.csv").read_text() == "y\n2\n"  # Snakemake removes what an earlier job wrote
+    assert (
+        Path("results/r/p/explained.csv").read_text() == "y\n2\n"
+    )  # Snakemake removes what an earlier job wrote
     assert not ledger.read_records(RUN) and not [*Path(RUN).rglob(".*.new")]
 
 
@@ -222,44 +226,59 @@ def with_planned(planned):
 def test_each_disagreement_is_one_sentence(folder):
     """Of two jobs in a row, and of a file that no job has recorded."""
     run()
-    run(snakemake(["results/r/p/a.csv"], ["results/r/q.csv"], "second"))
+    run(snakemake(["results/r/p/explained.csv"], ["results/r/q.csv"], "second"))
     metadata = folder / "metadata"
-    for output in ("results/r/p/a.csv", "results/r/q.csv"):
+    for output in ("results/r/p/explained.csv", "results/r/q.csv"):
         path = ledger.path_of_metadata(metadata, output)
         path.parent.mkdir(exist_ok=True)
         path.write_text("{}")
     assert ledger.disagreements(RUN, metadata) == ledger.Disagreements()
-    digit, times = Path("results/r/p/b.csv"), os.stat("results/r/p/b.csv")
+    digit, times = Path("results/r/p/frames.csv"), os.stat("results/r/p/frames.csv")
     digit.write_text("y\n3\n")
     os.utime(digit, ns=(times.st_atime_ns, times.st_mtime_ns))
-    changed = "b.csv of p was changed after its job: it is computed again."
+    changed = "frames.csv of p was changed after its job: it is computed again."
     found = ledger.disagreements(RUN, metadata)
-    assert said(found) == {"results/r/p/b.csv": changed} and "results/r/p/a.csv" in found.results
+    assert said(found) == {"results/r/p/frames.csv": changed} and "results/r/p/explained.csv" in found.results
     run()
     Path("in.csv").write_text("x\n7\n")
     os.utime("in.csv", LONG_AGO)
     found = said(ledger.disagreements(RUN, metadata))
-    assert found == {"results/r/p/a.csv": "a.csv of p was made from another in.csv: it is computed again."}
+    assert found == {
+        "results/r/p/explained.csv": "explained.csv of p was made from another in.csv: it is computed again."
+    }
     run(text="y\n9\n")
     found = said(ledger.disagreements(RUN, metadata))
     assert found == {
-        "results/r/q.csv": "q.csv was made from another results/r/p/a.csv: it is computed again."
+        "results/r/q.csv": "q.csv was made from another results/r/p/explained.csv: it is computed again."
     }
-    run(snakemake(["results/r/p/a.csv"], ["results/r/q.csv"], "second"))
+    run(snakemake(["results/r/p/explained.csv"], ["results/r/q.csv"], "second"))
     path.unlink()
     found = said(ledger.disagreements(RUN, metadata))
     assert found == {"results/r/q.csv": "q.csv has lost its metadata in .snakemake/: it is computed again."}
     assert said(ledger.disagreements(RUN)) == {}
-    Path("results/r/p/new.csv").write_text("")
+    Path("results/r/p/residues.csv").write_text("")
     Path("results/r/p/.hidden").write_text("")
     found = said(ledger.disagreements(RUN))
-    assert found == {"results/r/p/new.csv": "new.csv of p has no record of its job: it is computed again."}
+    assert found == {
+        "results/r/p/residues.csv": "residues.csv of p has no record of its job: it is computed again."
+    }
+
+
+def test_files_of_the_user_are_no_results(folder):
+    """Notes beside results, in whatever folder; what a rule writes there without a record is one."""
+    run()
+    for name in ("notes.txt", "p/notes.txt", "p/c1/table.xlsx", "p/f0/mine.csv"):
+        (RUN / name).parent.mkdir(exist_ok=True)
+        (RUN / name).write_text("of the user")
+    assert ledger.disagreements(RUN) == ledger.Disagreements()
+    (RUN / "p/f0/minimal.csv").write_text("")
+    assert [*ledger.disagreements(RUN).results] == ["results/r/p/f0/minimal.csv"]
 
 
 def test_results_that_are_gone_need_no_word(folder):
     """Temporary ones that Snakemake removes, and what the user has deleted, which rules ask for where it is needed."""
     run()
-    Path("results/r/p/a.csv").unlink()
+    Path("results/r/p/explained.csv").unlink()
     assert ledger.disagreements(RUN) == ledger.Disagreements()
 
 
@@ -287,7 +306,7 @@ def test_results_of_a_version_without_records_are_told_once_and_made_again(folde
     found = ledger.disagreements(RUN)
     (line,) = found.lines
     assert "results/r/ has no records of its jobs, as version 3.0.0 and earlier ones left it" in line
-    assert found.results == dict.fromkeys(["results/r/p/a.csv", "results/r/p/b.csv"], "")
+    assert found.results == dict.fromkeys(["results/r/p/explained.csv", "results/r/p/frames.csv"], "")
 
 
 @pytest.mark.parametrize(
@@ -308,7 +327,7 @@ def test_a_damaged_record_is_none(folder, damage):
     path.write_text(damage)
     sentence = "{} of p has no record of its job: it is computed again."
     assert said(ledger.disagreements(RUN)) == {
-        f"results/r/p/{name}": sentence.format(name) for name in ("a.csv", "b.csv")
+        f"results/r/p/{name}": sentence.format(name) for name in ("explained.csv", "frames.csv")
     }
 
 
@@ -326,12 +345,12 @@ def test_records_of_a_newer_version_are_refused(folder):
     run()
     (path,) = ledger.read_records(RUN)
     path.write_text(json.dumps(json.loads(path.read_text()) | {"format": 2, "new": 1}))
-    before = path.read_bytes(), Path("results/r/p/a.csv").read_bytes()
+    before = path.read_bytes(), Path("results/r/p/explained.csv").read_bytes()
     with pytest.raises(
         InputError, match=r"^results/r/ was written by a newer version of sparsurf, .* another `run`"
     ):
         ledger.disagreements(RUN)
-    assert before == (path.read_bytes(), Path("results/r/p/a.csv").read_bytes())
+    assert before == (path.read_bytes(), Path("results/r/p/explained.csv").read_bytes())
 
 
 @pytest.mark.parametrize("number", [errno.ENOSPC, errno.EROFS, errno.EACCES])
@@ -351,7 +370,7 @@ def test_a_record_that_cannot_be_written_is_a_sentence_and_keeps_other_results(f
         if line.startswith("ERROR")
     ]
     assert f"{os.strerror(number)}. Free or repair the disk and run again: finished results stay." in sentence
-    assert Path("results/r/kept.csv").exists() and not Path("results/r/p/a.csv").exists()
+    assert Path("results/r/kept.csv").exists() and not Path("results/r/p/explained.csv").exists()
     assert ledger.disagreements(RUN) == ledger.Disagreements()
 
 
@@ -430,14 +449,14 @@ def test_a_folder_is_read_by_one_of_the_jobs_of_its_conformations(folder, monkey
     for k in range(3):
         Path(f"results/r/p/structures/f{k}.pdb").write_text(f"{k}")
     for k in range(2):
-        run(snakemake(["results/r/p/structures"], [f"results/r/p/f{k}/a.csv"], f"work_{k}"))
+        run(snakemake(["results/r/p/structures"], [f"results/r/p/f{k}/explained.csv"], f"work_{k}"))
     assert len([path for path in read if path.endswith(".pdb")]) == 3
     first, second = ledger.read_records(RUN).values()
     assert (
         first.inputs == second.inputs == {"results/r/p/structures": Checksums().of("results/r/p/structures")}
     )
     Path("results/r/p/structures/f1.pdb").write_text("9")
-    run(snakemake(["results/r/p/structures"], ["results/r/p/f3/a.csv"], "work_3"))
+    run(snakemake(["results/r/p/structures"], ["results/r/p/f3/explained.csv"], "work_3"))
     assert [*ledger.read_records(RUN).values()][-1].inputs != first.inputs
 
 
@@ -455,29 +474,33 @@ def test_a_folder_has_the_checksum_of_its_files_and_their_names(folder):
 def test_the_first_link_that_differs_is_named_from_the_inputs_to_the_page(folder):
     """And the code of a job; the links after it are not read."""
     run()
-    run(snakemake(["results/r/p/a.csv"], ["results/r/q.csv"], "second"))
+    run(snakemake(["results/r/p/explained.csv"], ["results/r/q.csv"], "second"))
     assert [*ledger.broken_links(RUN, {"c0de"})] == []
-    assert next(ledger.broken_links(RUN, {"other"})) == "work had other code when it made a.csv of p."
+    assert next(ledger.broken_links(RUN, {"other"})) == "work had other code when it made explained.csv of p."
     Path("results/r/q.csv").write_text("9")
     assert [*ledger.broken_links(RUN, {"c0de"})] == ["q.csv was changed after second had made it."]
-    Path("results/r/p/a.csv").write_text("9")
+    Path("results/r/p/explained.csv").write_text("9")
     first, last = ledger.broken_links(RUN, {"c0de"})
-    assert first == "a.csv of p was changed after work had made it." and last.startswith("q.csv")
+    assert first == "explained.csv of p was changed after work had made it." and last.startswith("q.csv")
     Path("in.csv").write_text("9")
     assert (
-        next(ledger.broken_links(RUN, {"c0de"})) == "in.csv is not the file from which work made a.csv of p."
+        next(ledger.broken_links(RUN, {"c0de"}))
+        == "in.csv is not the file from which work made explained.csv of p."
     )
     Path("in.csv").unlink()
-    assert next(ledger.broken_links(RUN, {"c0de"})) == "in.csv is missing, from which work made a.csv of p."
+    assert (
+        next(ledger.broken_links(RUN, {"c0de"}))
+        == "in.csv is missing, from which work made explained.csv of p."
+    )
 
 
 def test_what_is_written_without_a_job_where_others_failed_is_made_again_without_a_word(folder):
     run()
-    Path("results/r/p/b.csv").write_text("partial")
-    ledger.replace_records(RUN, ["results/r/p/b.csv"])
-    Path("results/r/p/a.csv").unlink()
+    Path("results/r/p/frames.csv").write_text("partial")
+    ledger.replace_records(RUN, ["results/r/p/frames.csv"])
+    Path("results/r/p/explained.csv").unlink()
     found = ledger.disagreements(RUN)
-    assert found.results == {"results/r/p/b.csv": ""} and not said(found)
+    assert found.results == {"results/r/p/frames.csv": ""} and not said(found)
 
 
 SIMULATED = {"structure": "in.pdb", "simulate": {"ns": 2}}
