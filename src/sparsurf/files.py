@@ -29,6 +29,7 @@ MAX_UNPACKED_BYTES = 2**30  # uncompressed; the largest structures of the PDB ha
 GZIP = b"\x1f\x8b"  # how a gzip file begins
 MAX_QUOTED_LENGTH = 200  # characters; a message shortens a longer string
 N_ROWS_TO_COMPARE = 10  # at the end of a table: they show whether its last row is complete
+URL = re.compile(r"[a-z][a-z0-9+]+:/", re.IGNORECASE)  # a Path drops one of its slashes
 UNPACK = "unpack an archive first, and give the path of the unpacked file."
 
 
@@ -90,14 +91,16 @@ def as_path(path: str | os.PathLike[str]) -> Path:
 
 def existing_file(path: str | os.PathLike[str]) -> Path:
     """Return the Path of a regular file; raise InputError for a folder, a pipe, a device, or if nothing is there."""
-    path = as_path(path)
+    given, path = path, as_path(path)
     try:
         mode = path.stat().st_mode
     except FileNotFoundError:
-        raise InputError(f"{shorten(path)} does not exist: check the path.") from None
+        raise _absent(given) from None
     except NotADirectoryError:
         raise InputError(f"{shorten(path)} leads into a file: {UNPACK}") from None
     except (OSError, ValueError) as error:  # a null byte in the name is a ValueError
+        if "\n" in str(path):
+            raise _absent(given) from None
         raise _unreadable(path, error) from None
     if stat.S_ISDIR(mode):
         raise InputError(
@@ -109,6 +112,19 @@ def existing_file(path: str | os.PathLike[str]) -> Path:
             f"{shorten(path)} is a pipe or a device: store its content in a file, and give that file."
         )
     return path
+
+
+def _absent(path: str | os.PathLike[str]) -> InputError:
+    """Return the InputError for a path where nothing is: a URL, the text of a file, or a wrong path."""
+    text = os.fspath(path)
+    if URL.match(text):
+        return InputError(f"{shorten(text)} is a URL: give a file; nothing is downloaded.")
+    if "\n" in text.strip():
+        first = shorten(text.strip().partition("\n")[0])
+        return InputError(
+            f"the text of a file stands in place of its path, {first!r}: store it in a file, and give its path."
+        )
+    return InputError(f"{shorten(text)} does not exist: check the path.")
 
 
 def _unreadable(path: Path, error: OSError | ValueError) -> InputError:

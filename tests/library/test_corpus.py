@@ -305,6 +305,9 @@ BRIDGE = "LINK         CG  ALA A   3                 NZ  ALA A   5     1555   15
 LACKING = "".join(
     line for k, line in enumerate(peptide(["ALA"] * 5).splitlines(keepends=True)) if k != 14
 )  # CB of 3
+UNNUMBERED = [
+    put(line, residue="****") for k in range(5) for line in atoms("HOH", "1", {"O": (3 * k, 0, 50)})
+]
 WHOLE = "1 119 14 1281.3"
 TWICE = f"1 238 28 {2 * 1281.31:.1f}"
 STRUCTURES = {  # name: content, keys of read_molecule, outcome
@@ -694,6 +697,39 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
     "a backbone of glycine but for one residue.pdb": (
         end(of(HEAVY, "209"), glycines(without(HEAVY, "209"))), {}, "1 61 14"),
     "a short peptide of glycine.pdb": (end(glycines(of(HEAVY, "209", "210", "211", "212", "213"))), {}, "1 20 5"),
+    "a backbone of unknown residues.pdb": (
+        end(every(glycines(HEAVY), residue_name="UNK")), {}, "1 56 14 ~ 14 residues are unknown .UNK. without a side chain"),
+    "unknown residues with side chains.pdb": (end(every(of(HEAVY, "213"), residue_name="UNK"), without(HEAVY, "213")), {}, WHOLE),
+    "a pocket.pdb": (
+        end(line for line in HEAVY if line[12:16].strip() in ("CA", "CG", "CD", "OE1", "CE1", "CZ", "SD")), {},
+        "! parts of residues, as of a pocket"),
+    "a crystal of the core dictionary.cif": (
+        "data_x\nloop_\n_atom_site_label\n_atom_site_fract_x\nC1 0.5\n", {}, "! CIF of a small molecule or crystal"),
+    "a component of the dictionary.cif": (
+        "data_ALA\nloop_\n_chem_comp_atom.comp_id\n_chem_comp_atom.atom_id\nALA N\n", {}, "! describes components"),
+    "reflections.cif": ("data_x\nloop_\n_refln.index_h\n_refln.F_meas_au\n1 2.0\n", {}, "! holds reflections and no atoms"),
+    # serial numbers beyond 99999, and residue numbers that the columns do not hold
+    "serial numbers that begin a column earlier.pdb": (
+        end(f"ATOM {100_000 + k}{line[11:]}" for k, line in enumerate(HEAVY)), {}, WHOLE),
+    "serial numbers that move the line.pdb": (
+        end(f"{line[:6]}{100_000 + k}{line[11:]}" for k, line in enumerate(HEAVY)), {}, WHOLE),
+    "waters numbered ****.pdb": (end(HEAVY, UNNUMBERED), {}, WHOLE),
+    "waters numbered ****, all atoms.pdb": (end(HEAVY, UNNUMBERED), {"selection": "all"}, "1 124 19"),
+    "residues numbered ****.pdb": (
+        end(of(HEAVY, "209"), every(of(HEAVY, "210"), residue="****")), {}, r"! Line 10 of .* number is \*\*\*\*: write"),
+    # hydrogens that are all called H
+    "hydrogens all called H behind the chain.pdb": (end(HEAVY, every(HYDROGENS, name=" H")), {}, f"1 {len(ALL)} 14"),
+    "hydrogens all called H at their atoms.pdb": (
+        end(put(line, name=" H") if line in HYDROGENS else line for line in ALL), {}, f"1 {len(ALL)} 14"),
+    "hydrogens all called H before their atoms.pdb": (
+        end(line for k in range(209, 223)
+            for line in (*every(of(HYDROGENS, str(k)), name=" H"), *of(HEAVY, str(k)))), {}, f"1 {len(ALL)} 14"),
+    "hydrogens all called H in two locations.pdb": (
+        end(of(HEAVY, "209"), *(every(of(HYDROGENS, "209"), name=" H", altloc=letter) for letter in "AB"), without(HEAVY, "209")),
+        {}, f"1 {119 + len(of(HYDROGENS, '209'))} 14"),
+    "hydrogens all called H, one of them twice.pdb": (
+        end(HEAVY, every(HYDROGENS, name=" H"), every(HYDROGENS[:1], name=" H")), {},
+        f"1 {len(ALL) + 1} 14 ~ 1 atom is repeated in its residue"),
     # geometry
     "a part far away.pdb": (peptide(["ALA"] * 9) + peptide(chain="B", origin=(0, 600, 0)), {}, r"! of ALA 1 B lies 58\d Å"),
     "residues in another order.pdb": (reordered(20, np.random.default_rng(5).permutation(20)), {}, "! only .* of the bonds"),
@@ -850,6 +886,50 @@ def test_files_of_molecular_dynamics(shared, caplog, name):
         if name == "insertion_codes.psf":
             labels = found[0].residues["residue"].tolist()
             assert labels == ["215", "216", "217", "218", "219", "219A", "219B", *map(str, range(220, 233))]
+
+
+SEVENTH = {  # files with radii, small molecules, cells and columns: topology, keys, and outcome with the area or the radius
+    "cell_of_each_model.pdb": ("", {}, "3 329 20 11.051 11.051 11.051"),
+    "general_triclinic.lammpstrj": ("top.pdb", {}, "3 329 20 11.051"), "image_flags.data": ("top.pdb", {}, "1 329 20 11.051"),
+    "properties_charge_first.xyz": ("top.pdb", {}, "3 329 20 11.051"),
+    "properties_id_first.xyz": ("top.pdb", {}, "3 329 20 11.051"), "remd.mdcrd": ("top.pdb", {}, "3 329 20 11.051"),
+    "columns_touch.pqr": ("", {}, "233 2043.8"), "element_last.pqr": ("", {}, "233 2043.8"),
+    "radius_first.pqr": ("", {}, "! exchange charge and radius"), "nanometres.pqr": ("", {}, "! give lengths in Å"),
+    "two_models_end.pqr": ("", {}, "233 2043.8 ~ several models: the first is read"),
+    "dummy_atom.mol2": ("", {}, "13 116.3 ~ left out 1 particle"), "gaff_types.mol2": ("", {}, "13 116.3"),
+    "tritium.sdf": ("", {}, "13 116.3"), "v3000_continued.sdf": ("", {}, "13 116.3"),
+    "crystal_of_minerals.cif": ("", {}, r"! CIF of a small molecule or crystal .core dictionary."),
+    "gromos.g96": ("", {}, r"! is a GROMOS96 file .\.g96."), "hydrogens_all_named_H.pdb": ("", {}, "1 195 20"),
+    "old_atp_names.pdb": ("", {"ligands": ["ATP"]}, "1 241 31"), "pocket_atoms.pdb": ("", {}, "! parts of residues, as of a pocket"),
+    "serial_beyond_99999.pdb": ("", {}, "1 233 30"), "top.pdb": ("", {}, "1 329 20 11.051"),
+    "unk_backbone.pdb": ("", {}, "1 120 30 ~ 30 residues are unknown"), "waters_without_number.pdb": ("", {}, "1 233 30"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", SEVENTH)
+def test_files_with_radii_cells_and_columns(shared, caplog, name):
+    topology, keys, expected = SEVENTH[name]
+    folder = shared / "data" / "bad" / "seventh"
+    found = []
+
+    def measure():
+        path = folder / name
+        if path.suffix in (".pqr", ".mol2", ".sdf"):
+            dots = sparsurf.surface(path)
+            return len(dots.origin.radii), dots.area.sum()
+        molecule = read_molecule(folder / topology, path, **keys) if topology else read_molecule(path, **keys)
+        found.append(molecule)
+        moved = molecule.xyz - molecule.xyz.mean(axis=1, keepdims=True)
+        radii_of_gyration = np.sqrt((moved**2).sum(axis=2).mean(axis=1))
+        assert np.ptp(radii_of_gyration) < 0.006
+        return molecule.n_frames, molecule.n_atoms, molecule.n_residues, *radii_of_gyration
+
+    judge(expected, measure, caplog, name)
+    if topology:
+        first = found[0].xyz[0] - read_molecule(folder / topology).xyz[0]
+        assert np.abs(first - first[0]).max() < 1e-3
+    if name == "old_atp_names.pdb":
+        assert "".join(found[0].element[-8:]) == "HCOCONPC"
 
 
 def test_pseudoatoms_of_pymol_are_left_out_without_their_element(shared, tmp_path, caplog):
@@ -1678,7 +1758,17 @@ def test_each_odd_file_of_the_list_is_a_case_or_a_test():
     assert len(cases) > 40
     files = (ROOT / "tests" / "library").rglob("test_*.py")
     tests = {name for file in files for name in re.findall(r"^def (test_\w+)", file.read_text(), re.M)}
-    assert {*cases} <= {*STRUCTURES, *SIXTH, *GEOMETRY, *TRAJECTORIES, *DOTS, *ARRAYS, *SURFACES, *tests}
+    assert {*cases} <= {
+        *STRUCTURES,
+        *SIXTH,
+        *SEVENTH,
+        *GEOMETRY,
+        *TRAJECTORIES,
+        *DOTS,
+        *ARRAYS,
+        *SURFACES,
+        *tests,
+    }
 
 
 # ---- paths and keys
@@ -1691,6 +1781,50 @@ READERS = {  # of every kind of file that a command takes
     "pqr": pqr_charges,
     "table": lambda path: column_of_atoms(path, "value", read_molecule(EXAMPLE)),
 }
+PLACES = {  # what stands where the path of a file is expected
+    "a URL": ("https://files.rcsb.org/download/1ubi.pdb", "https://files.* is a URL: give a file; nothing is downloaded"),
+    "a URL as a Path": (Path("https://files.rcsb.org/download/1ubi.pdb"), "is a URL: give a file; nothing is downloaded"),
+    "the text of a file": (PDB, "the text of a file stands in place of its path, 'ATOM .*: store it in a file"),
+    "a short text of a file": (PDB[:162], "the text of a file stands in place of its path"),
+    "a drive": ("C:/a.pdb", "C:/a.pdb does not exist"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", PLACES)
+@pytest.mark.parametrize("read", [read_molecule, sparsurf.surface, read_surface, sparsurf.roughness])
+def test_a_url_or_a_text_in_place_of_a_path(caplog, name, read):
+    place, words = PLACES[name]
+    with pytest.raises(InputError, match=words) as error:
+        read(place)
+    assert len(str(error.value)) < 300 and "\n" not in str(error.value)
+
+
+class Foreign:
+    """An object of another library whose properties need a package that is absent, or whose methods fail."""
+
+    level = "S"
+
+    def __init__(self, error):
+        self.error = error
+
+    def fail(self):
+        raise self.error
+
+    topology = xyz = coord = universe = weight = surface = property(fail)
+
+    def get_atoms(self):
+        self.fail()
+
+
+@pytest.mark.parametrize(
+    "error", [ImportError("no OpenMM"), RuntimeError("damaged"), AttributeError("gone"), KeyError(3)]
+)
+def test_an_object_whose_properties_raise_errors_is_no_molecule(error):
+    for call in (sparsurf.surface, sparsurf.depth, sparsurf.roughness, sparsurf.points):
+        with pytest.raises(InputError, match="a Foreign is not a (molecule|surface)"):
+            call(Foreign(error))
+
+
 PATHS = {
     "nothing": (lambda path: None, "does not exist"),
     "a pipe": (os.mkfifo, "is a pipe or a device: store its content in a file"),

@@ -11,6 +11,7 @@ import numpy as np
 
 from sparsurf.arguments import FRAME, index_array
 from sparsurf.errors import InputError, argument, naming_file
+from sparsurf.files import shorten
 from sparsurf.molecules.formats import FILE_OF_DOTS, suffix
 from sparsurf.molecules.libraries import (
     from_biopython,
@@ -62,25 +63,43 @@ def as_molecule(source: MoleculeLike) -> Molecule:
     if isinstance(source, str | Path):
         return molecule_of_files(open_source(source))
     convert = _converter(source)
-    if convert is None:
-        raise InputError(
-            f"{_with_article(source)} is not a molecule: give the path of a structure, a molecule from read_molecule, "
-            "or atoms of mdtraj, biotite, MDAnalysis, gemmi or Biopython."
-        )
-    return convert(source)
+    try:
+        if convert is not None:
+            return convert(source)
+        reason = ""
+    except InputError:
+        raise
+    except Exception as error:  # an object of another library may raise any
+        reason = f" that can be read ({shorten(f'{type(error).__name__}: {error}')})"
+    raise InputError(
+        f"{_with_article(source)} is not a molecule{reason}: give the path of a structure, a molecule from read_molecule, "
+        "or atoms of mdtraj, biotite, MDAnalysis, gemmi or Biopython."
+    )
+
+
+def attribute(source: Any, name: str) -> Any:
+    """Return an attribute of an object of another library; None where it has none, or where its property raises an error."""
+    try:
+        return getattr(source, name, None)
+    except Exception:  # such as the ImportError of a package that it needs
+        return None
 
 
 def _converter(source: Any) -> Any:
     """Return the function that converts atoms of another library, known by their attributes; None for anything else."""
-    if hasattr(source, "topology") and hasattr(source, "xyz"):
+
+    def has(*names: str) -> bool:
+        return all(attribute(source, name) is not None for name in names)
+
+    if has("topology", "xyz"):
         return from_mdtraj
-    if hasattr(source, "coord") and hasattr(source, "atom_name"):
+    if has("coord", "atom_name"):
         return from_biotite
-    if hasattr(source, "universe") and hasattr(source, "atoms"):
+    if has("universe", "atoms"):
         return from_mdanalysis
     if type(source).__module__ == "gemmi":
         return {"Structure": from_gemmi, "Model": from_gemmi}.get(type(source).__name__)
-    if getattr(source, "level", None) in ("S", "M", "C") and hasattr(source, "get_atoms"):
+    if has("get_atoms") and attribute(source, "level") in ("S", "M", "C"):
         return from_biopython
     return None
 
@@ -105,7 +124,7 @@ def as_dots(source: DotsLike) -> Surface:
         with naming_file("surface"):
             check_plausibility(dots.points, dots.normals, dot_label)
         return dots
-    if isinstance(getattr(source, "surface", None), Surface):
+    if isinstance(attribute(source, "surface"), Surface):
         raise InputError(
             "a prepared surface is for sample and compare only: give the dots that it was prepared from."
         )
@@ -171,7 +190,7 @@ def as_spheres(source: Any, frame: int, table: str) -> tuple[Any, int, np.ndarra
 
 def is_subset(source: Any) -> TypeGuard[Subset]:
     """Return whether the user gave a Subset; known by its attributes, so that its module need not be loaded."""
-    return hasattr(source, "weight") and isinstance(getattr(source, "surface", None), Surface)
+    return attribute(source, "weight") is not None and isinstance(attribute(source, "surface"), Surface)
 
 
 def is_file_of_spheres(source: Any) -> bool:

@@ -22,6 +22,7 @@ import numpy as np
 from sparsurf.errors import FILE, InputError, naming_file
 from sparsurf.files import read_text
 from sparsurf.molecules.names import usual_name
+from sparsurf.molecules.pqr import read_pqr
 from sparsurf.molecules.residues import VARIANTS, standard_name
 
 if TYPE_CHECKING:
@@ -46,9 +47,6 @@ STATES = {
 STATE_OF = {variant: state for state, variants in STATES.items() for variant in variants.split()}
 N_TERMINUS = {"N": (-0.32, 0.99, 3), "CA": (0.33, 0.0, 0.0)}  # PARSE, BK+
 C_TERMINUS = {"C": (0.10, 0.0, 0.0), "O": (-0.55, 0.0, 0.0), "OXT": (-0.55, 0.0, 0.0)}  # PARSE, BK-
-# Limits for the numbers of a PQR file
-MAX_CHARGE = 10  # e; no atom has more
-MAX_MEDIAN_CHARGE = 0.5  # e; a higher median means that the column holds radii
 SHIFT_TO_WARN = 0.3  # Å; a force field may have relaxed the atoms, or they are of another frame
 SHIFT_TO_REFUSE = 1.0  # Å; they are of another structure
 
@@ -198,36 +196,10 @@ def pqr_charges(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Read positions (Q, 3), Å, and charges (Q,), e, of a PQR file, at whose atoms the heavy atoms of the molecule must lie."""
     with naming_file(path):
-        positions, charges = _charges_of_pqr(read_text(path))
+        atoms = read_pqr(read_text(path))
         if molecule is not None:
-            _check_positions(positions, molecule)
-    return positions, charges
-
-
-def _charges_of_pqr(text: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return positions (Q, 3), Å, and charges (Q,), e, of the atoms of a PQR file."""
-    rows = []
-    for number, line in enumerate(text.split("\n"), 1):
-        if not line.startswith(("ATOM", "HETATM")):
-            continue
-        try:
-            x, y, z, charge, _ = map(float, line.split()[-5:])
-        except ValueError:
-            raise InputError(
-                f"{FILE}, line {number}: a PQR line ends in x, y, z, charge and radius."
-            ) from None
-        if not (np.isfinite((x, y, z)).all() and abs(charge) <= MAX_CHARGE):
-            raise InputError(f"{FILE}, line {number}: no atom has such a position or charge; repair it.")
-        rows.append((x, y, z, charge))
-    if not rows:
-        raise InputError(f"{FILE} holds no atoms: give a PQR file, as pdb2pqr writes it.")
-    table = np.array(rows)
-    positions, charges = table[:, :3].copy(), table[:, 3].copy()
-    if np.median(charges) > MAX_MEDIAN_CHARGE:
-        raise InputError(
-            f"{FILE}: half of its charges are above {MAX_MEDIAN_CHARGE} e; exchange charge and radius."
-        )
-    return positions, charges
+            _check_positions(atoms.xyz, molecule)
+    return atoms.xyz, atoms.charge
 
 
 def _check_positions(positions: np.ndarray, molecule: Molecule) -> None:

@@ -38,6 +38,7 @@ ATOM_COLUMNS: dict[str, Any] = {
 # columns that change where a residue ends
 OF_RESIDUE = ("model", "chain", "segid", "residue", "molecule", "unit")
 MIN_BOX_VOLUME = 1e-6  # share of the volume of the same box at right angles; a flat box is impossible
+BARE_HYDROGENS = ("H", "D")  # names that several hydrogens of a residue may have
 MAX_RUNS = 100  # of lines with one label, some of them with the same names, that are joined by bonds
 
 
@@ -90,6 +91,12 @@ class AtomFile:
     # (chain, residue) with a bond to another one besides the backbone
     crosslinked: frozenset[tuple[str, str]] = frozenset()
     origin: str = ""  # see `plddt`
+    # the box of each model by its number, where a file has several
+    boxes: Mapping[int, np.ndarray | None] = field(default_factory=dict)
+
+    def box_of(self, model: int) -> np.ndarray | None:
+        """Return the box of a model (3, 3), Å; None without one."""
+        return self.boxes.get(model, self.box)
 
 
 def atom_table(**columns: Any) -> AtomTable:
@@ -157,7 +164,7 @@ def settle_segments(atoms: AtomTable) -> AtomTable:
     if not len(several):
         return atoms
     segid, name, xyz = atoms.segid.copy(), atoms.name.astype(str), atoms.xyz
-    hydrogen = np.isin(np.char.lstrip(name, "0123456789'*").astype("U1"), ["H", "D"])
+    hydrogen = _begins_as_hydrogen(atoms)
     rows = np.flatnonzero(np.isin(key, several))
     rows = rows[np.argsort(key[rows], kind="stable")]
     for members in np.split(rows, np.flatnonzero(np.diff(key[rows])) + 1):
@@ -176,6 +183,17 @@ def settle_segments(atoms: AtomTable) -> AtomTable:
                 log.info("%s: the segments differ within residues, so that they are ignored", FILE)
                 return atoms.assign(segid=np.full(len(atoms), "", object))
     return atoms.assign(segid=segid)
+
+
+def _begins_as_hydrogen(atoms: AtomTable) -> np.ndarray:
+    """Return whether the name of each atom is one of a hydrogen, (A,) bool."""
+    names = np.char.lstrip(atoms.name.astype(str), "0123456789'*")
+    return np.isin(names.astype("U1"), ["H", "D"])
+
+
+def _is_hydrogen(atoms: AtomTable) -> np.ndarray:
+    """Return whether each atom is a hydrogen, (A,) bool: by its element, or by its name where it has none."""
+    return np.isin(atoms.element, ["H", "D"]) | ((atoms.element == "") & _begins_as_hydrogen(atoms))
 
 
 def unite_names(atoms: AtomTable) -> AtomTable:
@@ -212,8 +230,10 @@ def gather_residues(atoms: AtomTable) -> AtomTable:
     repeated = np.flatnonzero(np.bincount(key)[key] > 1)
     if len(repeated):
         rows = np.split(np.arange(len(atoms)), start[1:])
+        names, hydrogens = _located_names(atoms), np.flatnonzero(_is_hydrogen(atoms))
+        names[hydrogens] = [f"H{row}\0" for row in hydrogens]  # equal names of hydrogens split no residue
         lines = _Lines(
-            _located_names(atoms).tolist(),
+            names.tolist(),
             atoms.residue_name.tolist(),
             (atoms.altloc != "").tolist(),
             atoms.xyz,
@@ -238,11 +258,23 @@ def _starts(atoms: AtomTable) -> np.ndarray:
     begins = np.append(True, _differs(atoms.residue_name) & ~(located[1:] & located[:-1]))
     for column in OF_RESIDUE:
         begins[1:] |= _differs(getattr(atoms, column))
-    first = np.flatnonzero(begins)[np.cumsum(begins) - 1]
+    run = np.cumsum(begins) - 1
+    first = np.flatnonzero(begins)[run]
     name, xyz = _located_names(atoms), atoms.xyz
     again = np.flatnonzero((name == name[first]) & ~begins)
+    if len(again):
+        again = again[_heavy_atom_recurs(atoms, run)[run[again]]]
     begins[again] = np.linalg.norm(xyz[again] - xyz[first[again]], axis=1) > MAX_RESIDUE_BOND
     return np.flatnonzero(begins)
+
+
+def _heavy_atom_recurs(atoms: AtomTable, run: np.ndarray) -> np.ndarray:
+    """Return whether the first heavy atom of each run of lines (R,) recurs; hydrogens of one residue may all be called H."""
+    heavy = np.flatnonzero(~_is_hydrogen(atoms))
+    runs, leading = np.unique(run[heavy], return_index=True)
+    name_of_first = np.full(run[-1] + 1, "", object)
+    name_of_first[runs] = atoms.name[heavy[leading]]
+    return np.bincount(run[heavy], atoms.name[heavy] == name_of_first[run[heavy]], minlength=run[-1] + 1) > 1
 
 
 def _located_names(atoms: AtomTable) -> np.ndarray:
@@ -364,6 +396,7 @@ def _choose_location(atoms: AtomTable, altloc: str) -> np.ndarray:
     columns = (atoms.name, atoms.altloc, atoms.residue_name, atoms.occupancy)
     names, locations, residue_names, occupancy = (column.tolist() for column in columns)
     rows = range(len(names))
+    names = _numbered_hydrogens(names, locations)
     letters = list(dict.fromkeys(letter for letter in locations if letter))
     if altloc == "highest":
         shares = {letter: [occupancy[k] for k in rows if locations[k] == letter] for letter in letters}
@@ -383,6 +416,18 @@ def _choose_location(atoms: AtomTable, altloc: str) -> np.ndarray:
     keep[missing] = True
     _drop_repeated(keep, missing, names)
     return keep
+
+
+def _numbered_hydrogens(names: list[str], locations: list[str]) -> list[str]:
+    """Return names in which a number tells the hydrogens of a location apart that are all called H."""
+    found: dict[tuple[str, str], int] = defaultdict(int)
+    numbered = []
+    for name, location in zip(names, locations, strict=True):
+        if name in BARE_HYDROGENS:
+            found[name, location] += 1
+            name = f"{name}{found[name, location]}\0"
+        numbered.append(name)
+    return numbered
 
 
 def _mean(values: list[float]) -> float:
@@ -419,10 +464,17 @@ def refuse_control_characters(atoms: AtomTable) -> None:
 def report_duplicates(atoms: AtomTable) -> None:
     """Warn of repeated atom names in a residue (a repeated line); the surface counts a position once."""
     first_model = atoms.take(atoms.model == atoms.model[0])
-    count = len(first_model) - len({*first_model.labels("residue_index", "residue_name", "name")})
+    labels = first_model.labels("residue_index", "residue_name", "name")
+    places = first_model.labels("x", "y", "z")
+    # all hydrogens of a residue may be called H
+    atoms_of_file = {
+        label + (place if label[2] in BARE_HYDROGENS else ())
+        for label, place in zip(labels, places, strict=True)
+    }
+    count = len(first_model) - len(atoms_of_file)
     if count:
-        places = "its residue" if count == 1 else "their residues"
-        log.warning("%s: %s repeated in %s", FILE, pluralise(count, "atom", "is"), places)
+        whose = "its residue" if count == 1 else "their residues"
+        log.warning("%s: %s repeated in %s", FILE, pluralise(count, "atom", "is"), whose)
 
 
 def report_occupancies(atoms: AtomTable) -> None:

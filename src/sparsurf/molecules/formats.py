@@ -49,6 +49,25 @@ _EVERY_FORMAT = (
         "FILE.gro`, and give that file",
     ),
     MoleculeFormat(
+        "cpt", "GROMACS checkpoint", (".cpt",),
+        refusal="is a checkpoint of GROMACS, which only GROMACS reads: write its frame by `gmx trjconv -f FILE.cpt -s FILE.tpr "
+        "-o FILE.gro`, and give that file",
+    ),
+    MoleculeFormat(
+        "tng", "TNG", (".tng",),
+        refusal="is a TNG trajectory, which is not read: convert it by `gmx trjconv -f FILE.tng -o FILE.xtc`, and give that file",
+    ),
+    MoleculeFormat(
+        "g96", "GROMOS96", (".g96",),
+        refusal="is a GROMOS96 file (.g96), which is not read: convert it by `gmx editconf -f FILE.g96 -o FILE.gro`, and give "
+        "that file",
+    ),
+    MoleculeFormat(
+        "namd", "binary coordinates of NAMD",
+        refusal="holds binary coordinates of NAMD, which are not read: write them as PDB or DCD, for example with VMD, and give "
+        "that file",
+    ),
+    MoleculeFormat(
         "desmond", "Desmond", (".cms", ".mae", ".dtr", ".stk"),
         refusal="is a file of Desmond or Maestro, which is not read: write the structure as PDB and the trajectory as DCD or "
         "XTC, for example with VMD, and give these files",

@@ -117,7 +117,7 @@ def refuse_impossible(
     `topology` is the file of the names, if it is another one than that of the coordinates; `whole` says that no molecule is
     cut by the box; `unit` is that of the lengths in the file.
     """
-    _refuse_crowded(molecule.xyz[0], unit)
+    refuse_crowded(molecule.xyz[0], unit)
     if whole and molecule.n_atoms:
         _check_elements(molecule)
         _run([*_checks(molecule, unit, topology)], molecule)
@@ -461,10 +461,10 @@ def refuse_invalid_coordinates(xyz: np.ndarray, number: np.ndarray) -> None:
         raise InputError(f"{FILE} has all atoms at one position: give a file with coordinates.")
 
 
-def _refuse_crowded(xyz: np.ndarray, unit: str) -> None:
-    """Raise InputError if atoms of a frame (A, 3) are closer than bonds allow."""
+def refuse_crowded(xyz: np.ndarray, unit: str = "Å", n_to_judge: int = MIN_ATOMS_TO_JUDGE) -> None:
+    """Raise InputError if atoms (A, 3), Å, are closer than bonds allow; `n_to_judge` of them suffice to know."""
     sample = xyz[:: -(-len(xyz) // SAMPLED_ATOMS)]
-    if len(sample) < MIN_ATOMS_TO_JUDGE:
+    if len(sample) < n_to_judge:
         return
     gap = np.median([np.partition(np.linalg.norm(xyz - atom, axis=1), 1)[1] for atom in sample])
     if 0 < gap < MIN_NEIGHBOUR_DISTANCE:

@@ -43,6 +43,14 @@ ITEMS = {
     "model": ["pdbx_PDB_model_num"],
 }
 REQUIRED_ITEMS = ("name", "residue_name", "x", "y", "z")
+# What a CIF file without the atoms of a structure holds, by an item of it
+OTHER_CONTENT = {
+    "_atom_site_label": "is a CIF of a small molecule or crystal (core dictionary), which is not read: give its molecule as SDF, "
+    "MOL2 or PDB",
+    "_chem_comp_atom.atom_id": "describes components of the dictionary and no structure: give the structure, or the component as "
+    "SDF",
+    "_refln.index_h": "holds reflections and no atoms: give the mmCIF file of the structure",
+}
 CIF_RESIDUE_LABEL = re.compile(r"(-?\d{1,7}[A-Za-z0-9]?)?")
 NUMERIC = ("x", "y", "z", "occupancy", "b_factor", "model")
 
@@ -60,7 +68,12 @@ def read_mmcif(text: str) -> AtomFile:
         _place_fractions(block)
     blocks = [block for block in document if len(block.find_values("_atom_site.Cartn_x"))]
     if not blocks:
-        raise InputError(f"{FILE} holds no atoms: give a file with an _atom_site loop.")
+        found = (
+            text
+            for item, text in OTHER_CONTENT.items()
+            if any(len(block.find_values(item)) for block in document)
+        )
+        raise InputError(f"{FILE} {next(found, 'holds no atoms: give a file with an _atom_site loop')}.")
     if len(blocks) > 1:
         log.warning("%s has %d data blocks with atoms: the first is read", FILE, len(blocks))
     block = blocks[0]

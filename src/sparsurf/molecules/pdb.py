@@ -27,10 +27,12 @@ from sparsurf.molecules.atoms import AtomsLike
 from sparsurf.molecules.plddt import origin_of_pdb
 from sparsurf.molecules.residues import (
     HEAVY_ATOMS,
+    LINKAGES,
     LONG_NAMES,
     NO_ELEMENTS,
     VARIANTS,
     WATERS,
+    known_kind,
     split_label,
     standard_name,
 )
@@ -59,6 +61,9 @@ IN_WORDS = re.compile(r"(ATOM|HETATM)\s+\d+(\s+\S+){2,4}(\s+[-+]?\d+\.\d+){3,}")
 # Hexadecimal as VMD writes numbers beyond 9999: 2710 follows 9999
 HEXADECIMAL = re.compile(r"[0-9a-f]{4}|[0-9A-F]{4}")
 MIN_B_FACTOR, MAX_B_FACTOR = -99.99, 999.99  # that fit into six characters
+# A serial number beyond 99999, which begins one column earlier or moves what is behind it
+LONG_SERIAL = re.compile(r"(?m)^(ATOM  ?|HETATM)\d{6,}(?=.{23}\.\d{3}.{4}\.\d{3}.{4}\.\d{3})")
+UNKNOWN_NUMBER = "****"  # of a residue, as Fortran writes one that its columns do not hold
 MAX_JUMP = 1000  # of the numbers, where hexadecimal ones begin
 # Hybrid-36: A000 follows 9999, a000 follows ZZZZ.
 HYBRID_36 = re.compile(r"[A-Z][0-9A-Z]{3}|[a-z][0-9a-z]{3}")
@@ -69,9 +74,13 @@ def read_pdb(text: str) -> AtomFile:
     """Read a PDB file, lines ending in '\\n', and refuse a damaged one; MODEL, or END before further atoms, starts a model."""
     if text.lstrip().startswith(("data_", "loop_")):
         raise InputError(f"{FILE} is an mmCIF file by its content: rename it to .cif.")
+    text = LONG_SERIAL.sub(lambda match: f"{match[1]:<6s}*****", text)
     lines = text.split("\n")
     wide_chains, numbered = _has_wide_chains(lines), _has_numbered_lines(lines)
-    rows, box = [], None
+    rows: list[tuple] = []
+    cells: list[
+        tuple[int, np.ndarray | None]
+    ] = []  # the number of models that begin before a cell, and the cell
     sequences: dict[str, list[str]] = defaultdict(list)
     crosslinked: set[tuple[str, str]] = set()
     long_names: dict[str, str] = {}
@@ -96,7 +105,7 @@ def read_pdb(text: str) -> AtomFile:
         elif record == "SEQRES":
             sequences[line[11:12].strip()] += line[19:70].split()
         elif record == "CRYST1":
-            box = _box(line)
+            cells.append((len(models), _box(line)))
         elif record == "NUMMDL":
             n_announced = int(line[10:14]) if line[10:14].strip().isdecimal() else 0
         elif record == "LINK  ":
@@ -118,7 +127,23 @@ def read_pdb(text: str) -> AtomFile:
     _check_end(lines, last_atom, atoms, sequences)
     if len(models) < n_announced:
         log.warning("%s announces %d models and holds %d: is it cut short?", FILE, n_announced, len(models))
-    return AtomFile(atoms, box, sequences, frozenset(crosslinked), origin_of_pdb(lines, box is not None))
+    boxes = _box_of_models(cells, models) if len(cells) > 1 else {}
+    box = cells[0][1] if cells else None
+    has_box = any(cell is not None for _, cell in cells)
+    origin = origin_of_pdb(lines, has_box)
+    return AtomFile(atoms, box, sequences, frozenset(crosslinked), origin, boxes)
+
+
+def _box_of_models(
+    cells: list[tuple[int, np.ndarray | None]], models: list[int]
+) -> dict[int, np.ndarray | None]:
+    """Return the lattice vectors of each model, whose cell is the last one before its atoms, or else the first of the file.
+
+    A cell behind the last model shows that each one stands behind its model.
+    """
+    behind = cells[-1][0] == len(models)
+    own = [[cell for n_before, cell in cells if n_before <= k + behind] for k in range(len(models))]
+    return {model: (each or [cells[0][1]])[-1] for model, each in zip(models, own, strict=True)}
 
 
 def _atom(line: str, line_number: int, wide_chains: bool, numbered: bool, read_number: NumberReader) -> tuple:
@@ -137,6 +162,8 @@ def _atom(line: str, line_number: int, wide_chains: bool, numbered: bool, read_n
     # some programs leave the name of an ion blank
     name = line[12:16].strip() or (element if hetero else "")
     number = read_number(line[22:26].strip(), line[21:22])
+    if line[22:26] == UNKNOWN_NUMBER:
+        number = _number_of_unknown(line, line_number)
     joined = any(record in line[54:] for record in ATOM_RECORDS)  # two lines that lost their newline
     if not name or number is None or line[27:30].strip() or joined:
         raise InputError(
@@ -150,6 +177,16 @@ def _atom(line: str, line_number: int, wide_chains: bool, numbered: bool, read_n
         float(line[54:60]) if PDB_NUMBER.fullmatch(line[54:60]) else 1.0,
         float(line[60:66]) if PDB_NUMBER.fullmatch(line[60:66]) else np.nan, segid, element,
     )  # fmt: skip
+
+
+def _number_of_unknown(line: str, line_number: int) -> str:
+    """Return no number for a residue beyond those that the columns hold, such as a water; refuse one of a polymer."""
+    if known_kind(line[17:20].strip()) in LINKAGES:
+        raise InputError(
+            f"Line {line_number} of {FILE} has a residue whose number is {UNKNOWN_NUMBER}: write the structure with numbers "
+            "up to 9999 in each chain, or as mmCIF."
+        )
+    return ""
 
 
 def _segid(columns: str) -> str:

@@ -88,6 +88,11 @@ AT_ITS_ATOM = 0.6  # Å; a Drude particle is that close to its atom
 # calcium, HG mercury, CD1 cadmium.
 POLYMER_ELEMENTS = frozenset(["H", "D", "C", "N", "O", "S", "SE", "P", "F", "CL", "BR", "I", "B"])
 
+# Names of atoms in old files of ATP and NAD(P), whose first letter names the half of the molecule: AC5*, NC5*, AN9, AH2*
+OF_A_HALF = re.compile(r"A[CHNOP]|A[CHNOP][0-9*'].*")
+OF_EITHER_HALF = re.compile(r"[AN][CHNOP]([0-9*'P].*)?")
+TWO_HALVES = frozenset(["NAD", "NAI", "NAP", "NDP"])
+
 SELENIUM_RESIDUES = frozenset(["MSE", "SEC", "CSE"])
 
 # Two-letter elements at the beginning of the name of a ligand's atom. Other letters (CA, CD, HG, ...) are more often
@@ -323,6 +328,15 @@ def _absent_from_nucleotides(
 
 
 @cache
+def element_of_symbol(symbol: str) -> str:
+    """Return the element of a chemical symbol in upper case, hydrogen for its isotopes D and T; empty if it is none."""
+    if symbol.upper() in ("D", "T"):
+        return "H"
+    name = gemmi.Element(symbol).name.upper()  # gemmi reads the first two letters of a longer word
+    return name if name == symbol.upper() and name != "X" else ""
+
+
+@cache
 def element_of(element: str, name: str, residue_name: str, polymer: bool, alone: bool) -> str:
     """Return the element of an atom in upper case, or 'X': that of an ion, the input's if it is possible, else the name's.
 
@@ -340,6 +354,9 @@ def element_of(element: str, name: str, residue_name: str, polymer: bool, alone:
             return ambiguous
         selenium = residue_name in SELENIUM_RESIDUES and letters.startswith("SE")
         return "SE" if selenium else letters[:1] or "X"
+    of_half = OF_EITHER_HALF if residue_name in TWO_HALVES else OF_A_HALF
+    if not alone and of_half.fullmatch(name.upper()):
+        return name[1].upper()
     lone = alone and residue_name.upper().startswith(letters[:2]) and gemmi.Element(letters[:2]).name != "X"
     return letters[:2] if lone or letters[:2] in LIGAND_ELEMENTS else letters[:1] or "X"
 

@@ -35,12 +35,18 @@ PDB_RECORDS = frozenset(
      "AUTHOR", "REMARK", "JRNL", "DBREF", "SEQRES", "HELIX", "SHEET", "CRYST1", "ORIGX1", "SCALE1", "MODEL", "USER", "PARENT"]
 )  # fmt: skip
 PDB_TITLES = frozenset(["TITLE", "COMPND", "SOURCE", "AUTHOR", "REMARK", "MODEL", "USER", "PARENT", "SPLIT"])
+# How a checkpoint of GROMACS begins, and the name of the first block of TNG within its first bytes
+CHECKPOINT, TNG, TNG_BYTES = (171_817).to_bytes(4, "big"), b"GENERAL INFO", 100
+# Blocks with which a GROMOS96 file begins, behind its title
+BLOCK_OF_GROMOS = re.compile(r"^(POSITION|POSITIONRED|TIMESTEP)[ \t]*$", re.MULTILINE)
 LINE_OF_A_COUNT = re.compile(r"\s*\d+\s*")
 COUNT_OF_CARD = re.compile(r"\s*\d+(\s+EXT)?\s*", re.IGNORECASE)
 COUNT_OF_RESTART = re.compile(r"\s*\d+(\s+[-+]?\d+\.\d*([eE][-+]?\d+)?)*\s*")
 ATOM_OF_GRO = re.compile(r"[ \d]{4}\d.{10}.{5}\s*-?\d+\.\d+\s*-?\d+\.\d+\s*-?\d+\.\d+")
 ATOM_OF_XYZ = re.compile(r"\s*\S+(\s+[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?){3,}")
 LINE_OF_NUMBERS = re.compile(r"[-+\d. eE]*\.[-+\d. eE]*")
+# Replica exchange of AMBER writes a line with its state before each frame of an mdcrd file
+REPLICA = re.compile(r"(H?REMD|RXSGLD)\s")
 INTEGERS_OF_OLD_PRMTOP = re.compile(r"(?:[ \d]{5}\d){12} *")
 ATOMS_OF_LAMMPS = re.compile(r"^[ \t]*\d+[ \t]+atoms[ \t]*$", re.MULTILINE)
 
@@ -88,13 +94,13 @@ def open_source(path: StrPath | Source) -> Source:
         raise
     name = os.fspath(path)
     with open(name, "rb") as stored:
-        head = stored.read(HEAD_BYTES)
+        head, size = stored.read(HEAD_BYTES), os.fstat(stored.fileno()).st_size
     compressed = head.startswith(GZIP)
     if compressed:
         head = _uncompressed(head)
     if head.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         raise InputError(f"{name} is stored as UTF-16: store it as UTF-8.")
-    recognised = MOLECULE_FORMATS.get(_recognise(head))
+    recognised = MOLECULE_FORMATS.get(_recognise(head) or ("namd" if _is_of_namd(head, size) else ""))
     found = recognised or MOLECULE_FORMATS[FORMAT_OF_SUFFIX.get(suffix(name), FILE_OF_DOTS)]
     if found.refusal:
         raise InputError(f"{name} {found.refusal}.")
@@ -112,6 +118,12 @@ def _uncompressed(head: bytes) -> bytes:
         return zlib.decompressobj(16 + zlib.MAX_WBITS).decompress(head, HEAD_BYTES)
     except zlib.error:
         return b""
+
+
+def _is_of_namd(head: bytes, size: int) -> bool:
+    """Return whether a file is as long as its first number says: the atoms of NAMD's binary coordinates, 24 bytes each."""
+    numbers = int.from_bytes(head[:4], "little"), int.from_bytes(head[:4], "big")
+    return size > 4 and size in (4 + 24 * number for number in numbers)
 
 
 def _recognise(head: bytes) -> str:
@@ -132,6 +144,10 @@ def _recognise(head: bytes) -> str:
         return "dcd"
     if b"VERSION " in head[:24] and b"\0" in head[:4]:
         return "tpr"
+    if head.startswith(CHECKPOINT):
+        return "cpt"
+    if TNG in head[:TNG_BYTES]:
+        return "tng"
     if head.startswith((b"DESM", b"DESK")) or b"s_m_m2io_version" in head[:200]:
         return "desmond"
     if b"\0" in head:
@@ -152,6 +168,8 @@ def _recognise_text(text: str) -> str:
         return "mmcif"
     if text.startswith("PSF"):
         return "psf"
+    if first.strip() == "TITLE" and BLOCK_OF_GROMOS.search(text):
+        return "g96"
     # before AMBER 7, the counts stood on three lines behind the title
     counts = lines[1:3]
     if first.startswith(("%VERSION", "%FLAG")) or (
@@ -160,7 +178,7 @@ def _recognise_text(text: str) -> str:
         return "parm7"
     if first.startswith("ITEM:"):
         return "lammps dump"
-    if ATOMS_OF_LAMMPS.search(text) and "xlo xhi" in text:
+    if ATOMS_OF_LAMMPS.search(text) and ("xlo xhi" in text or "avec" in text):
         return "lammps data"
     if lines and lines[0].startswith("*"):
         count = next((line for line in lines if not line.startswith("*")), "")
@@ -180,6 +198,7 @@ def _recognise_columns(lines: list[str]) -> str:
     if len(lines) < 3:
         return ""
     _, second, third = lines[:3]
+    second = third if REPLICA.match(second) else second
     dots = [place for place, letter in enumerate(third) if letter == "."]
     if LINE_OF_A_COUNT.fullmatch(second) and ATOM_OF_GRO.match(third):
         return "gro"

@@ -17,7 +17,7 @@ from sparsurf.files import shorten
 from sparsurf.molecules.atom_table import box_vectors
 from sparsurf.molecules.mmcif import read_mmcif
 from sparsurf.molecules.pdb import read_pdb
-from sparsurf.molecules.source import Source
+from sparsurf.molecules.source import REPLICA, Source
 
 ANGSTROM_PER_NM = 10.0
 FIRST_COLUMN_OF_GRO = 20  # of the coordinates
@@ -31,10 +31,14 @@ MDCRD, RESTART = (10, 8), (6, 12)
 CARD = ((0, 5), (5, 10), (11, 15), (16, 20), (20, 30), (30, 40), (40, 50), (51, 55), (56, 60))
 EXTENDED_CARD = ((0, 10), (10, 20), (22, 30), (32, 40), (40, 60), (60, 80), (80, 100), (102, 110), (112, 120))
 MAX_ATOMS_OF_CARD = 100_000  # more are always written in the wide columns
+# Keys of the comment of an extended XYZ frame
+KEY_OF_XYZ = re.compile(r"""(\w+)=(?:"([^"]*)"|'([^']*)'|([^\s"']+))""")
 # Columns of a LAMMPS dump that hold positions, the first that a file has is used, and whether they are shares of the box
 LAMMPS_POSITIONS = (("x y z", False), ("xu yu zu", False), ("xs ys zs", True), ("xsu ysu zsu", True))
 # Columns before x in the section Atoms of a LAMMPS data file, by the style of its atoms
-BEFORE_X = {"atomic": 2, "bond": 3, "angle": 3, "molecular": 3, "charge": 3, "full": 4}
+BEFORE_X = {
+    "atomic": 2, "bond": 3, "angle": 3, "molecular": 3, "charge": 3, "full": 4, "dipole": 3, "sphere": 4, "ellipsoid": 4,
+}  # fmt: skip
 
 
 class TextFrame(NamedTuple):
@@ -206,7 +210,7 @@ def box_of_gro(numbers: list[float]) -> np.ndarray | None:
 
 
 def frames_of_xyz(lines: Lines, _n_atoms: int) -> TextFrames:
-    """Yield the frames of an XYZ file: number of atoms, comment, an atom in each line."""
+    """Yield the frames of an XYZ file: number of atoms, comment, an atom in each line; also of extended XYZ."""
     while (line := lines.next_filled()) is not None:
         n_atoms = count_of(lines, line, "an XYZ file begins each frame with it")
         comment, begin = lines.next(), lines.number
@@ -217,7 +221,54 @@ def frames_of_xyz(lines: Lines, _n_atoms: int) -> TextFrames:
         if lines.end_cuts() and ends_within_a_number(rows[-1]):
             yield None
             return
-        yield lambda rows=rows, begin=begin: TextFrame(_words(lines, rows, [1, 2, 3], begin))  # type: ignore[misc]
+        yield lambda rows=rows, comment=comment, begin=begin: _frame_of_xyz(lines, rows, comment, begin)  # type: ignore[misc]
+
+
+def _frame_of_xyz(lines: Lines, rows: Sequence[str], comment: str, begin: int) -> TextFrame:
+    """Return a frame of an XYZ file, whose comment stands in the line `begin`."""
+    keys = _keys_of_xyz(comment)
+    first, number = 1, None
+    if "properties" in keys:
+        columns = _columns_of_xyz(keys["properties"])
+        if columns.get("pos", (0, 0))[1] != 3:
+            lines.refuse(
+                f"names the columns {keys['properties']}, and no pos:R:3: write positions of this name", begin
+            )
+        first, number = columns["pos"][0], columns.get("id", (None, 0))[0]
+    xyz = _words(lines, rows, range(first, first + 3), begin)
+    if number is not None:
+        xyz = xyz[_order_of_ids(lines, rows, number, begin)]
+    return TextFrame(xyz, box=_lattice_of_xyz(lines, keys, begin))
+
+
+def _keys_of_xyz(comment: str) -> dict[str, str]:
+    """Return the keys of the comment of an extended XYZ frame, in lower case, and their values as text.
+
+    `Properties` names the columns, `Lattice` the cell, `pbc` the directions that are periodic; see
+    https://github.com/libAtoms/extxyz.
+    """
+    return {
+        match[1].lower(): match[2] or match[3] or match[4] or "" for match in KEY_OF_XYZ.finditer(comment)
+    }
+
+
+def _columns_of_xyz(properties: str) -> dict[str, tuple[int, int]]:
+    """Return the first column and the number of columns of each property, from name:type:number:name:..."""
+    parts, columns, first = properties.split(":"), dict[str, tuple[int, int]](), 0
+    for name, size in zip(parts[::3], parts[2::3], strict=False):
+        columns[name.lower()] = first, int(size) if size.isdecimal() else 0
+        first += columns[name.lower()][1]
+    return columns
+
+
+def _lattice_of_xyz(lines: Lines, keys: dict[str, str], begin: int) -> np.ndarray | None:
+    """Return the lattice vectors (3, 3), Å, of a frame of extended XYZ; None without one, or if no direction is periodic."""
+    if "lattice" not in keys or not set("Tt1") & set(keys.get("pbc", "T")):
+        return None
+    numbers = numbers_of(keys["lattice"])
+    if len(numbers) != 9:
+        lines.refuse(f"has a Lattice of {len(numbers)} numbers: write the nine of three vectors", begin)
+    return np.array(numbers).reshape(3, 3)
 
 
 def _words(lines: Lines, rows: Sequence[str], columns: Sequence[int], begin: int) -> np.ndarray:
@@ -232,6 +283,19 @@ def _words(lines: Lines, rows: Sequence[str], columns: Sequence[int], begin: int
     return values
 
 
+def _order_of_ids(lines: Lines, rows: Sequence[str], column: int, begin: int) -> np.ndarray:
+    """Return the order of the lines by the ids of their atoms (A,), which must differ; the lines follow the line `begin`."""
+    number = _words(lines, rows, [column], begin)[:, 0]
+    order = np.argsort(number, kind="stable")
+    repeated = np.flatnonzero(np.diff(number[order]) == 0)
+    if len(repeated):
+        lines.refuse(
+            f"has the id {number[order][repeated[0]]:g} of another atom of its frame: write the frames again",
+            begin + int(order[repeated[0] + 1]) + 1,
+        )
+    return order
+
+
 # ---- AMBER
 
 
@@ -242,6 +306,7 @@ def frames_of_mdcrd(lines: Lines, n_atoms: int) -> TextFrames:
     n_lines = -(-3 * n_atoms // per_line)
     boxed: bool | None = None
     while not lines.at_end():
+        _skip_replica(lines)
         begin = lines.number
         rows = lines.take(n_lines)
         if rows is None:
@@ -261,6 +326,13 @@ def frames_of_mdcrd(lines: Lines, n_atoms: int) -> TextFrames:
         yield lambda rows=rows, begin=begin, box=box: TextFrame(  # type: ignore[misc]
             _of_columns(lines, rows, width, n_atoms, begin), box=_box_of_lengths(box)
         )
+
+
+def _skip_replica(lines: Lines) -> None:
+    """Skip the line of replica exchange before a frame."""
+    line = lines.next()
+    if line is not None and not REPLICA.match(line):
+        lines.back(line)
 
 
 def _box_of_lengths(line: str | None) -> np.ndarray | None:
@@ -406,23 +478,19 @@ def _frame_of_dump(
     if scaled:
         xyz = origin + xyz @ box
     if "id" in columns:
-        number = _words(lines, rows, [columns.index("id")], begin)[:, 0]
-        order = np.argsort(number, kind="stable")
-        repeated = np.flatnonzero(np.diff(number[order]) == 0)
-        if len(repeated):
-            lines.refuse(
-                f"has the id {number[order][repeated[0]]:g} of another atom of its frame: write the dump again",
-                begin + int(order[repeated[0] + 1]) + 1,
-            )
-        xyz = xyz[order]
+        xyz = xyz[_order_of_ids(lines, rows, columns.index("id"), begin)]
     return TextFrame(xyz, box=box)
 
 
 def _box_of_dump(lines: Lines, header: dict[str, list[str]]) -> tuple[np.ndarray, np.ndarray]:
     """Return the origin (3,) and the lattice vectors (3, 3), Å, of a frame of a LAMMPS dump."""
     bounds = [numbers_of(line) for line in header.get("BOX", [])]
-    if len(bounds) != 3 or any(len(row) not in (2, 3) for row in bounds):
+    general = "abc" in header.get("BOX BOUNDS", [""])[0].split()
+    if len(bounds) != 3 or any(len(row) not in ((4,) if general else (2, 3)) for row in bounds):
         lines.refuse("is not preceded by the three lines of a box: repair the section BOX BOUNDS")
+    if general:  # each line holds a lattice vector and a coordinate of the origin
+        vectors = np.array(bounds)
+        return vectors[:, 3], vectors[:, :3]
     if len(bounds[0]) == 2:
         low, high = np.array(bounds).T
         return low, np.diag(high - low)
@@ -434,17 +502,23 @@ def _box_of_dump(lines: Lines, header: dict[str, list[str]]) -> tuple[np.ndarray
 
 
 def frames_of_lammps_data(lines: Lines, _n_atoms: int) -> TextFrames:
-    """Yield the one frame of a LAMMPS data file, with the atoms in the order of their ids."""
+    """Yield the one frame of a LAMMPS data file, with the atoms in the order of their ids, in the images that it counts."""
     n_atoms, style = 0, ""
+    header: list[str] = []
     while (line := lines.next()) is not None:
-        texts = line.split()
-        if texts[1:] == ["atoms"] and texts[0].isdecimal():
-            n_atoms = int(texts[0])
-        if texts[:1] == ["Atoms"]:
+        words = line.partition("#")[0].split()
+        if words[1:] == ["atoms"] and words[0].isdecimal():
+            n_atoms = int(words[0])
+        if words[:1] == ["Atoms"]:
             style = line.partition("#")[2].strip()
             break
+        header.append(" ".join(words))
     if line is None or not n_atoms:
         raise InputError(f"{FILE} has no section Atoms: give a LAMMPS data file with atoms.")
+    if style and style not in BEFORE_X:
+        lines.refuse(
+            f"announces atoms of the style {style}: write them in one of the styles {', '.join(BEFORE_X)}"
+        )
     lines.next()  # an empty line
     begin = lines.number
     rows = lines.take(n_atoms)
@@ -457,8 +531,27 @@ def frames_of_lammps_data(lines: Lines, _n_atoms: int) -> TextFrames:
     whole = all(re.fullmatch(r"-?\d+", word) for word in rows[0].split()[-3:])
     first = BEFORE_X.get(style, n_words - 3 - 3 * (whole and n_words > 7))
     xyz = _words(lines, rows, range(first, first + 3), begin)
-    order = np.argsort(_words(lines, rows, [0], begin)[:, 0], kind="stable")
-    yield lambda: TextFrame(xyz[order])
+    box = _box_of_data(header)
+    if box is not None and whole and n_words >= first + 6:
+        xyz = xyz + _words(lines, rows, range(n_words - 3, n_words), begin) @ box
+    order = _order_of_ids(lines, rows, 0, begin)
+    yield lambda: TextFrame(xyz[order], box=box)
+
+
+def _box_of_data(header: list[str]) -> np.ndarray | None:
+    """Return the lattice vectors (3, 3), Å, of the header of a LAMMPS data file; None without a box."""
+    found: dict[str, list[float]] = {}
+    for line in header:
+        for mark in ("xlo xhi", "ylo yhi", "zlo zhi", "xy xz yz", "avec", "bvec", "cvec"):
+            if line.endswith(" " + mark):
+                found[mark] = numbers_of(line.removesuffix(mark))
+    if all(len(found.get(mark, [])) == 3 for mark in ("avec", "bvec", "cvec")):
+        return np.array([found["avec"], found["bvec"], found["cvec"]])
+    sides = [found.get(f"{axis}lo {axis}hi", []) for axis in "xyz"]
+    if any(len(side) != 2 for side in sides):
+        return None
+    (a, b, c), (xy, xz, yz) = (high - low for low, high in sides), found.get("xy xz yz", [0.0, 0.0, 0.0])
+    return np.array([[a, 0, 0], [xy, b, 0], [xz, yz, c]])
 
 
 # ---- structures
@@ -469,7 +562,7 @@ def _frames_of_structure(source: Source) -> TextFrames:
     file = (read_mmcif if source.format.name == "mmcif" else read_pdb)(source.text())
     for model in dict.fromkeys(file.atoms.model.tolist()):
         xyz = file.atoms.xyz[file.atoms.model == model]
-        yield lambda xyz=xyz: TextFrame(xyz, box=file.box)  # type: ignore[misc]
+        yield lambda xyz=xyz, model=model: TextFrame(xyz, box=file.box_of(model))  # type: ignore[misc]
 
 
 TEXT_READERS: dict[str, Callable[[Lines, int], TextFrames]] = {

@@ -37,8 +37,13 @@ def radii(molecule: Molecule, table: str = "dms") -> np.ndarray:
     """Look up atomic radii by element, (A,) Å, in the table 'dms' or 'bondi'; hydrogens do not change those of other atoms."""
     if table not in list(RADII):  # a list, since the value of a user may not be hashable
         raise InputError(f"{argument('radii')} is {table!r}; it must be one of {', '.join(RADII)}.")
+    return radii_of_elements(molecule.element, table)
+
+
+def radii_of_elements(element: np.ndarray, table: str) -> np.ndarray:
+    """Return the radius of each element (A,), upper case, in a table, Å; warn of elements that it lacks."""
     by_element, default = RADII[table], RADIUS_OF_OTHER_ELEMENTS[table]
-    unknown = sorted(set(np.unique(molecule.element).tolist()) - by_element.keys())
+    unknown = sorted(set(np.unique(element).tolist()) - by_element.keys())
     if unknown:
         log.warning("no %s radius for %s: %.2f Å is used", table, ", ".join(unknown), default)
-    return np.array([by_element.get(element, default) for element in molecule.element], dtype=float)
+    return np.array([by_element.get(symbol, default) for symbol in element.tolist()], dtype=float)

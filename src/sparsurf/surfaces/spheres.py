@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import math
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple, TypeAlias
 
@@ -13,18 +13,23 @@ import numpy as np
 
 from sparsurf import kinds
 from sparsurf.errors import FILE, InputError, naming_file
-from sparsurf.files import ends_within_a_row, read_text, shorten
+from sparsurf.files import ends_within_a_row, pluralise, read_text, shorten
 from sparsurf.molecules.atoms import AtomsLike
 from sparsurf.molecules.formats import suffix
-from sparsurf.surfaces.radii import RADII, RADIUS_OF_OTHER_ELEMENTS
+from sparsurf.molecules.geometry import MIN_ATOMS_TO_JUDGE, refuse_crowded
+from sparsurf.molecules.pqr import read_pqr
+from sparsurf.molecules.residues import element_of, element_of_symbol
+from sparsurf.surfaces.radii import radii_of_elements
 
 log = logging.getLogger("sparsurf")
 
-N_SPHERE_COLUMNS = 4
-N_PQR_COLUMNS = 5  # x, y, z, charge and radius at the end of a line
-N_PQR_WORDS = 10  # of a line without a chain
+MIN_RADIUS = 0.5  # Å; the largest radius of a molecule is greater, and no radius in nm is
 ATOM_OF_SDF = re.compile(r"(?: *-?\d+\.\d{4}){3} +[A-Za-z]")
 MIN_ATOMS_OF_DRAWING = 5  # four atoms in a plane may be a molecule
+V30 = "M  V30 "
+# Symbols and types that are no atoms: dummy atoms, lone pairs, extra points
+NO_ATOMS = frozenset(["DU", "LP", "EP", "XX"])
+TWO_LETTER_TYPES = ("CL", "BR")  # types of force fields that name their element in full
 
 
 class Spheres(NamedTuple):
@@ -42,161 +47,254 @@ class Spheres(NamedTuple):
     names: list[str]
 
 
-# The texts of x, y and z; the radius in Å, None if it is no number; the name
-Row = tuple[Sequence[str], float | None, str]
-# Yields the number of a line, from 1, and its row
-SphereReader: TypeAlias = Callable[[list[str]], Iterator[tuple[int, Row]]]
+class AtomLine(NamedTuple):
+    """An atom of a small molecule."""
+
+    number: int  # of the line, from 1
+    coordinates: list[str]
+    name: str
+    kind: str  # its element, or its type
 
 
 def read_spheres(path: Path | str) -> Spheres:
-    """Read the spheres of a file, whose suffix determines the format; elements of .sdf, .mol and .mol2 get radii of Bondi."""
+    """Read the spheres of a file, whose suffix determines the format; elements of .sdf, .mol and .mol2 get radii of Bondi.
+
+    Raise InputError where a line is no sphere, or where lengths cannot be Å.
+    """
     with naming_file(path):
         return _spheres(read_text(path), SPHERE_READERS.get(suffix(path), _xyzr))
 
 
 def _spheres(text: str, read: SphereReader) -> Spheres:
-    """Return the spheres that a reader finds in the lines of a text."""
-    rows, names = [], []
-    for number, (coordinates, radius, name) in read(text.removesuffix("\n").split("\n")):
-        row = [*map(_number, coordinates), radius]
-        numbers = [value for value in row if value is not None]
-        if len(numbers) < N_SPHERE_COLUMNS:
-            raise InputError(
-                f"{FILE}: line {number} does not hold x, y, z and the radius of a sphere, Å; repair it."
-            )
-        if not all(map(math.isfinite, numbers)) or numbers[3] <= 0:
-            raise InputError(
-                f"{FILE}: line {number} has a sphere at {' '.join(coordinates)} of the radius {numbers[3]:g} Å; coordinates must "
-                "be finite, and radii above 0."
-            )
-        rows.append(numbers)
-        names.append(name)
-    if not rows:
+    """Return the spheres that a reader finds in a text."""
+    spheres = read(text.removesuffix("\n"))
+    if not len(spheres.radii):
         raise InputError(f"{FILE} holds no atoms; give a file of atoms with radii or elements.")
-    last = text[text.rfind("\n") + 1 :]
-    is_row = read is _xyzr or (read is _pqr and last.startswith(("A", "H")))  # and not END
-    if is_row and ends_within_a_row(text):
+    if read is _xyzr and ends_within_a_row(text):
         raise InputError(
             f"{FILE} is cut short: line {text.count(chr(10)) + 1} is not complete; copy it again."
         )
-    table = np.array(rows)
-    return Spheres(table[:, :3], table[:, 3], names)
+    refuse_crowded(spheres.xyz, n_to_judge=MIN_ATOMS_TO_JUDGE if read is _xyzr else 2)
+    if spheres.radii.max() < MIN_RADIUS:
+        raise InputError(f"{FILE}: its largest radius is {spheres.radii.max():g} Å; give lengths in Å.")
+    return spheres
 
 
-def _number(word: str) -> float | None:
-    """Return a word as a number, or None."""
+def _number(word: str) -> float:
+    """Return a word as a number, nan if it is none."""
     try:
         return float(word)
     except ValueError:
-        return None
+        return math.nan
 
 
-def _xyzr(lines: list[str]) -> Iterator[tuple[int, Row]]:
-    """Yield x, y, z and radius at the beginning of each line, and the name behind a number of a .xyzrn."""
-    for number, line in enumerate(lines, 1):
-        columns = line.split()
-        if columns and not columns[0].startswith("#"):
-            radius = _number(columns[3]) if len(columns) > 3 else None
-            yield number, (columns[:3], radius, columns[5] if len(columns) > 5 else "")
+def _refuse_line(number: int) -> InputError:
+    """Return the InputError for a line that lacks a number."""
+    return InputError(
+        f"{FILE}: line {number} does not hold x, y, z and the radius of a sphere, Å; repair it."
+    )
 
 
-def _pqr(lines: list[str]) -> Iterator[tuple[int, Row]]:
-    """Yield the atoms of a PQR file; atoms without a radius, as some force fields give hydrogens, have no surface."""
-    without = 0
-    for number, line in enumerate(lines, 1):
-        if line.startswith(("ATOM", "HETATM")):
-            columns = line.split()
-            # From the end of the line, as some programs write a chain and others do not
-            radius = _number(columns[-1])
-            if radius == 0:
-                without += 1
-                continue
-            # Where columns touch, words are fewer; if one is missing, the number of the residue stands in the place of x.
-            is_complete = len(columns) > N_PQR_COLUMNS + 2 and (
-                len(columns) >= N_PQR_WORDS or all("." in word for word in columns[-N_PQR_COLUMNS:])
+def _xyzr(text: str) -> Spheres:
+    """Read x, y, z and radius at the beginning of each line, and the name behind a number of a .xyzrn."""
+    rows, names = [], []
+    for number, line in enumerate(text.split("\n"), 1):
+        words = line.split()
+        if not words or words[0].startswith("#"):
+            continue
+        try:
+            x, y, z, radius = map(float, words[:4])
+        except ValueError:
+            raise _refuse_line(number) from None
+        if not all(map(math.isfinite, (x, y, z, radius))) or radius <= 0:
+            raise InputError(
+                f"{FILE}: line {number} has a sphere at {' '.join(words[:3])} of the radius {radius:g} Å; coordinates must "
+                "be finite, and radii above 0."
             )
-            yield (
-                number,
-                (
-                    columns[-N_PQR_COLUMNS:-2] if is_complete else [],
-                    radius,
-                    columns[2] if is_complete else "",
-                ),
+        rows.append((x, y, z, radius))
+        names.append(words[5] if len(words) > 5 else "")
+    table = np.array(rows).reshape(-1, 4)
+    return Spheres(table[:, :3], table[:, 3], names)
+
+
+def _pqr(text: str) -> Spheres:
+    """Read the atoms of a PQR file; atoms without a radius, as some force fields give hydrogens, have no surface."""
+    atoms = read_pqr(text)
+    kept = atoms.radius > 0
+    if not kept.all():
+        log.warning("%s: atoms of radius 0 have no surface and are left out (%d)", FILE, (~kept).sum())
+    names = [name for name, keep in zip(atoms.names, kept.tolist(), strict=True) if keep]
+    return Spheres(atoms.xyz[kept], atoms.radius[kept], names)
+
+
+def _of_elements(atoms: Sequence[AtomLine], elements: Sequence[str]) -> Spheres:
+    """Return the spheres of a small molecule, with radii of Bondi; dummy atoms and lone pairs, of no element, are left out."""
+    rows, kept = [], []
+    for atom, element in zip(atoms, elements, strict=True):
+        if not element:
+            continue
+        xyz = [_number(word) for word in atom.coordinates]
+        if len(xyz) != 3 or not all(map(math.isfinite, xyz)):
+            raise InputError(
+                f"{FILE}: line {atom.number} does not hold x, y and z of an atom, Å, but "
+                f"{shorten(' '.join(atom.coordinates).strip() or 'nothing')}; repair it."
             )
-    if without:
-        log.warning("%s: atoms of radius 0 have no surface and are left out (%d)", FILE, without)
+        rows.append(xyz)
+        kept.append((atom.name, element))
+    if len(kept) < len(atoms):
+        message = "%s: left out %s, such as dummy atoms or lone pairs, which have no surface"
+        log.warning(message, FILE, pluralise(len(atoms) - len(kept), "particle"))
+    radii = radii_of_elements(np.array([element for _, element in kept]), "bondi")
+    return Spheres(np.array(rows).reshape(-1, 3), radii, [name for name, _ in kept])
 
 
-def _line_of(columns: list[str], lines: list[str]) -> int:
-    """Return the index of the first line of a V3000 file with this third and fourth column; 0 without one."""
-    return next((k for k, line in enumerate(lines) if line.split()[2:4] == columns), 0)
+def _symbol(atom: AtomLine) -> str:
+    """Return the element of an atom whose kind is a symbol; empty for what is no atom."""
+    element = element_of_symbol(atom.kind)
+    if not element and atom.kind.upper() not in NO_ATOMS:
+        raise InputError(
+            f"{FILE}: line {atom.number} has the element {atom.kind!r}, which does not exist; repair it, or replace an atom of "
+            "a query by an element."
+        )
+    return element
 
 
-def _sdf(lines: list[str]) -> Iterator[tuple[int, Row]]:
-    """Yield the atoms of the only molecule of an SDF or MOL file, V2000 or V3000."""
+def _sdf(text: str) -> Spheres:
+    """Read the atoms of the only molecule of an SDF or MOL file, V2000 or V3000."""
+    lines = text.split("\n")
     ends = [k for k, line in enumerate(lines) if line.startswith("$$$$")]
     if ends and any(line.strip() for line in lines[ends[0] + 1 :]):
         raise InputError(f"{FILE} holds several molecules; give a file of one.")
     if len(lines) < 4:
         raise InputError(f"{FILE} is no SDF file: it has no line with the number of atoms; repair it.")
-    if "V3000" in lines[3]:
-        begin, end = _line_of(["BEGIN", "ATOM"], lines), _line_of(["END", "ATOM"], lines)
-        atoms = [
-            (k + 1, line.split()[4:7], line.split()[3])
-            for k, line in enumerate(lines[begin + 1 : end], begin + 1)
-        ]
-    else:
-        n = int(lines[3][:3]) if lines[3][:3].strip().isdigit() else -1
-        if not 0 <= n <= len(lines) - 4:
-            raise InputError(f"{FILE}: line 4 does not hold the number of atoms of the molecule; repair it.")
-        beyond = next((k for k, line in enumerate(lines[4 + n :], 4 + n) if ATOM_OF_SDF.match(line)), None)
-        if beyond is not None:
-            raise InputError(
-                f"{FILE}: line {beyond + 1} is an atom beyond the {n} that line 4 announces; correct their number."
-            )
-        atoms = [
-            (k + 1, [line[:10], line[10:20], line[20:30]], line[31:34].strip())
-            for k, line in enumerate(lines[4 : 4 + n], 4)
-        ]
-    if len(atoms) >= MIN_ATOMS_OF_DRAWING and not any(_number(coordinates[2]) for _, coordinates, _ in atoms):
+    atoms = _v3000(lines) if "V3000" in lines[3] else _v2000(lines)
+    drawn = len(atoms) >= MIN_ATOMS_OF_DRAWING and not any(_number(atom.coordinates[2]) for atom in atoms)
+    if drawn and lines[1][20:22] != "3D":
         raise InputError(f"{FILE} is a drawing: z of all atoms is 0; give a file with positions in space.")
-    for number, coordinates, symbol in atoms:
-        yield number, (coordinates, _radius(symbol, number), symbol)
+    return _of_elements(atoms, [_symbol(atom) for atom in atoms])
 
 
-def _mol2(lines: list[str]) -> Iterator[tuple[int, Row]]:
-    """Yield the atoms of the only molecule of a MOL2 file."""
+def _v2000(lines: list[str]) -> list[AtomLine]:
+    """Return the atoms of an SDF file of the version V2000, in columns."""
+    n = int(lines[3][:3]) if lines[3][:3].strip().isdigit() else -1
+    if not 0 <= n <= len(lines) - 4:
+        raise InputError(f"{FILE}: line 4 does not hold the number of atoms of the molecule; repair it.")
+    beyond = next((k for k, line in enumerate(lines[4 + n :], 4 + n) if ATOM_OF_SDF.match(line)), None)
+    if beyond is not None:
+        raise InputError(
+            f"{FILE}: line {beyond + 1} is an atom beyond the {n} that line 4 announces; correct their number."
+        )
+    return [
+        AtomLine(k + 1, [line[:10], line[10:20], line[20:30]], line[31:34].strip(), line[31:34].strip())
+        for k, line in enumerate(lines[4 : 4 + n], 4)
+    ]
+
+
+def _v3000(lines: list[str]) -> list[AtomLine]:
+    """Return the atoms of an SDF file of the version V3000, in words; a line that ends in a hyphen goes on in the next."""
+    rows = _continued([line.removeprefix(V30) for line in lines], "-")
+    begin, end = (
+        next((k for k, (_, words) in enumerate(rows) if words == [mark, "ATOM"]), -1)
+        for mark in ("BEGIN", "END")
+    )
+    if not 0 <= begin < end:
+        raise InputError(f"{FILE} has no lines BEGIN ATOM and END ATOM: it is cut short; copy it again.")
+    counts = next((words[1:2] for _, words in rows[:begin] if words[:1] == ["COUNTS"]), [])
+    if counts and counts != [str(end - begin - 1)]:
+        raise InputError(
+            f"{FILE} has {end - begin - 1} atoms and announces {counts[0]}: it is cut short or was edited; copy it again."
+        )
+    atoms = []
+    for number, words in rows[begin + 1 : end]:
+        if len(words) < 5:
+            raise InputError(
+                f"{FILE}: line {number} is not an atom with element and position: {shorten(repr(' '.join(words)))}."
+            )
+        atoms.append(AtomLine(number, words[2:5], words[1], words[1]))
+    return atoms
+
+
+def _continued(lines: Sequence[str], mark: str) -> list[tuple[int, list[str]]]:
+    """Return the number of the first line and the words of each row, which a mark at the end of a line continues."""
+    rows: list[tuple[int, list[str]]] = []
+    before = ""
+    begin = 1
+    for number, line in enumerate(lines, 1):
+        begin = begin if before else number
+        text = line.rstrip()
+        before += text.removesuffix(mark)
+        if not text.endswith(mark):
+            rows.append((begin, before.split()))
+            before = ""
+    return rows
+
+
+def _mol2(text: str) -> Spheres:
+    """Read the atoms of the only molecule of a MOL2 file; a line that ends in a backslash goes on in the next."""
+    lines = text.split("\n")
     if sum(line.startswith("@<TRIPOS>MOLECULE") for line in lines) > 1:
         raise InputError(f"{FILE} holds several molecules; give a file of one.")
-    section, begin, n_atoms, n_announced = "", 0, 0, None
-    for number, line in enumerate(lines, 1):
-        columns = line.split()
-        if line.startswith("@<TRIPOS>"):
-            section, begin = line.strip(), number
+    section, begin, n_announced = "", 0, math.nan
+    atoms: list[AtomLine] = []
+    for number, words in _continued(lines, "\\"):
+        if words and words[0].startswith("@<TRIPOS>"):
+            section, begin = words[0], number
         elif section == "@<TRIPOS>MOLECULE" and number == begin + 2:
-            n_announced = _number(columns[0]) if columns else None
-        elif section == "@<TRIPOS>ATOM" and columns:
-            if len(columns) < 6:
+            n_announced = _number(words[0]) if words else math.nan
+        elif section == "@<TRIPOS>ATOM" and words and not words[0].startswith("#"):
+            if len(words) < 6:
                 raise InputError(
-                    f"{FILE}: line {number} is not an atom with position and type: {shorten(repr(line))}."
+                    f"{FILE}: line {number} is not an atom with position and type: {shorten(repr(' '.join(words)))}."
                 )
-            n_atoms += 1
-            yield number, (columns[2:5], _radius(columns[5].split(".")[0], number), columns[1])
-    if n_announced is not None and n_atoms != n_announced:
+            atoms.append(AtomLine(number, words[2:5], words[1], words[5]))
+    if not math.isnan(n_announced) and len(atoms) != n_announced:
         raise InputError(
-            f"{FILE} has {n_atoms} atoms and announces {n_announced:.0f}: it is cut short or was edited; copy it again."
+            f"{FILE} has {len(atoms)} atoms and announces {n_announced:.0f}: it is cut short or was edited; copy it again."
         )
+    if all(_is_sybyl(atom) for atom in atoms):
+        return _of_elements(
+            atoms, [_symbol(atom._replace(kind=atom.kind.partition(".")[0])) for atom in atoms]
+        )
+    log.info("%s: its atom types are those of a force field; elements are taken from the names", FILE)
+    return _of_elements(atoms, [_element_of_type(atom) for atom in atoms])
 
 
-def _radius(symbol: str, number: int) -> float:
-    """Return the radius of an element, Å."""
-    if not symbol.isalpha():
+def _is_sybyl(atom: AtomLine) -> bool:
+    """Return whether the type of an atom may be one of SYBYL: an element that its name does not contradict, or no atom.
+
+    The aromatic carbon of a force field, ca or CA, is no calcium.
+    """
+    symbol, dot, _ = atom.kind.partition(".")
+    element = element_of_symbol(symbol)
+    if dot or len(element) < 2:
+        return bool(element) or symbol.upper() in NO_ATOMS
+    of_name = _element_of_name(atom.name)
+    is_named = re.sub("[^A-Z]", "", atom.name.upper()).startswith(element)
+    return not symbol.islower() and (is_named or of_name in ("", element))
+
+
+def _element_of_name(name: str) -> str:
+    """Return the element that the name of an atom begins with, of a small molecule; empty without one."""
+    return element_of_symbol(element_of("", name, "", polymer=False, alone=False))
+
+
+def _element_of_type(atom: AtomLine) -> str:
+    """Return the element of an atom with a type of a force field: that of its name, which begins its type as well."""
+    symbol, dot, _ = atom.kind.partition(".")
+    letters = re.sub("[^A-Z]", "", symbol.upper())
+    element = element_of_symbol(symbol) if dot else _element_of_name(atom.name)
+    if symbol.upper() in NO_ATOMS:
+        return ""
+    if not element or not letters.startswith(element) or (letters in TWO_LETTER_TYPES and letters != element):
         raise InputError(
-            f"{FILE}: line {number} has the element {symbol!r}, which does not exist; repair it."
+            f"{FILE}: line {atom.number} has the atom {atom.name!r} of the type {atom.kind!r}, which is no type of SYBYL, and "
+            "its name does not tell the element; write types such as C.3, N.am and Cl."
         )
-    return RADII["bondi"].get(symbol.upper(), RADIUS_OF_OTHER_ELEMENTS["bondi"])
+    return element
 
 
+# Reads the spheres of a text
+SphereReader: TypeAlias = Callable[[str], Spheres]
 SPHERE_READERS: dict[str, SphereReader] = {
     ".xyzr": _xyzr,
     ".xyzrn": _xyzr,

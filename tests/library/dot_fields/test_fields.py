@@ -366,10 +366,10 @@ def test_a_pdb2pqr_that_fails_or_is_absent_is_a_sentence(tmp_path, monkeypatch, 
 
 @pytest.mark.parametrize(
     ("line", "words"),
-    [("nan 0 0 -0.5 1.5", "line 1: no atom has such a position or charge"), ("0 0 0 nan 1.5",
-     "line 1: no atom has such a position or charge"), ("0 0 0 -10.5 1.5",
-     "line 1: no atom has such a position or charge"), ("0 0 0 0.6 0.3", "half of its charges are above 0.5 e"),
-     ("1.06 0 0 0.1 1.5", "its atoms lie 1.1 Å from those of the molecule"), ("0.99 0 0 0.1 1.5", None)],
+    [("nan 0 0 -0.5 1.5", "line 1 ends in .* no atom has such a position"), ("0 0 0 nan 1.5",
+     "line 1 ends in .* no atom has such a position"), ("0 0 0 -10.5 1.5",
+     "line 1 ends in .* no atom has such a position"), ("0 0 0 0.6 0.3", "half of its charges are above 0.5 e"),
+     ("1.06 0.0 0.0 0.1 1.5", "its atoms lie 1.1 Å from those of the molecule"), ("0.99 0.0 0.0 0.1 1.5", None)],
 )  # fmt: skip
 def test_a_line_of_a_pqr_file_that_no_atom_has_is_reported(tmp_path, line, words):
     (tmp_path / "a.pqr").write_text(f"ATOM 1 N ALA 1 {line}\n")
@@ -399,9 +399,9 @@ def test_a_pqr_file_gives_places_and_charges(tmp_path):
     places, charges = pqr_charges(path)
     np.testing.assert_array_equal(places, [[1, 2, 3], [1.5, 2, 3]])
     np.testing.assert_array_equal(charges, [-0.5, 0.5])
-    for charge, words in (("x", "a PQR line ends in"), ("99", "no atom has such a position or charge")):
+    for charge, words in (("x", "does not end in x"), ("99", "ends in .* no atom has such")):
         path.write_text(f"REMARK\nATOM 1 N ALA 1 1 2 3 0 1.5\nTER\nATOM 1 N ALA 1 1.0 2.0 3.0 {charge} 1.5\n")
-        with pytest.raises(InputError, match=rf"a\.pqr, line 4: {words}"):
+        with pytest.raises(InputError, match=rf"a\.pqr: line 4 {words}"):
             pqr_charges(path)
 
 

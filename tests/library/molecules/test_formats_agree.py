@@ -1,6 +1,7 @@
 """One molecule in every format: the same atoms, names, residues, chains, elements, positions, fields and dots."""
 
 from dataclasses import replace
+from functools import partial
 
 import gemmi
 import numpy as np
@@ -13,9 +14,13 @@ import formats
 import sparsurf
 from conftest import ROOT
 from sparsurf.errors import InputError
+from sparsurf.molecules.atom_table import box_vectors
 from sparsurf.molecules.names import usual_names
 from sparsurf.molecules.read_molecule import MOLECULE_READERS, read_molecule
 from sparsurf.molecules.source import open_source
+from sparsurf.molecules.text_frames import frames_of_text
+from sparsurf.surfaces.radii import RADII
+from sparsurf.surfaces.spheres import read_spheres
 
 FIELDS = ("hydropathy", "potential", "hbond")
 NAMES = ("name", "residue_name", "element", "residue_index", "kind")
@@ -344,8 +349,153 @@ def test_sound_files_of_another_kind_are_refused_in_a_true_sentence(example, tmp
     assert np.array_equal(read_molecule(tmp_path / "a.crd").xyz, whole.xyz)
 
 
+# ---- frames with cells: each frame its own
+
+
+CELLS_AT_RIGHT_ANGLES = np.array(
+    [np.diag(sides) for sides in ((40.0, 43, 46), (41.5, 45, 44), (43, 41, 47.5))]
+)
+TILTED_CELLS = np.array(
+    [
+        box_vectors(40, 43, 46, 80, 75, 65),
+        box_vectors(42, 45, 44, 95, 70, 100),
+        box_vectors(44, 41, 48, 70, 82, 60),
+    ]
+)
+FILES_WITH_CELLS = {  # at any angles
+    "a.gro": formats.gro, "before.pdb": formats.models, "behind.pdb": partial(formats.models, behind=True),
+    "a.xyz": formats.extended_xyz, "a.lammpstrj": formats.lammps_dump,
+    "scaled.lammpstrj": partial(formats.lammps_dump, scaled=True),
+    "general.lammpstrj": partial(formats.lammps_dump, general=True),
+    "general_scaled.lammpstrj": partial(formats.lammps_dump, general=True, scaled=True),
+}  # fmt: skip
+AT_RIGHT_ANGLES = {
+    "a.mdcrd": partial(formats.mdcrd, box=True), "replica.mdcrd": partial(formats.mdcrd, box=True, replica=True),
+}  # fmt: skip
+
+
+def radius_of_gyration(xyz):
+    return np.sqrt(((xyz - xyz.mean(axis=1, keepdims=True)) ** 2).sum(axis=2).mean(axis=1))
+
+
+@given(shift=st.tuples(*[st.floats(0, 1)] * 3), tilted=st.booleans())
+@settings(max_examples=3, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@pytest.mark.filterwarnings("ignore")
+def test_every_frame_has_its_own_cell_in_every_format(example, tmp_path_factory, shift, tilted):
+    """Three frames that their cells cut, in all text formats with cells: the same positions, cells and radii of gyration."""
+    folder, cells = tmp_path_factory.mktemp("a"), TILTED_CELLS if tilted else CELLS_AT_RIGHT_ANGLES
+    first, second = example.xyz - example.xyz[:, :1]
+    whole = np.stack([first, second, first[:, [1, 2, 0]]])  # the last one turned
+    images = [
+        np.floor((xyz + shift @ cell) @ np.linalg.inv(cell)).astype(int)
+        for xyz, cell in zip(whole, cells, strict=True)
+    ]
+    wrapped = np.stack(
+        [xyz + shift @ cell - image @ cell for xyz, cell, image in zip(whole, cells, images, strict=True)]
+    )
+    molecule = replace(example, xyz=wrapped, time_ps=np.full(3, np.nan), frame_number=np.arange(3))
+    example.write_pdb(folder / "plain.pdb")
+    order = np.random.default_rng(0).permutation(molecule.n_atoms)
+    for name, write in (FILES_WITH_CELLS | ({} if tilted else AT_RIGHT_ANGLES)).items():
+        write(folder / name, molecule, cells=cells)
+    formats.extended_xyz(folder / "ids.xyz", molecule, cells, order)
+    for k in range(3):
+        for general in (False, True):
+            name = f"{k}{'_general' * general}.data"
+            formats.lammps_data(folder / name, molecule.frame(k), cells[k], images[k], general)
+            check_frames(folder, name, whole[k : k + 1], cells[k : k + 1])
+            formats.lammps_data(folder / name, molecule.frame(k), cells[k], general=general)
+            check_frames(folder, name, whole[k : k + 1], cells[k : k + 1])
+    for name in [*FILES_WITH_CELLS, "ids.xyz", *({} if tilted else AT_RIGHT_ANGLES)]:
+        check_frames(folder, name, whole, cells)
+
+
+def check_frames(folder, name, whole, cells):
+    """Compare the frames of a file, but for where they lie, and their cells with those that were written."""
+    found = read_molecule(folder / "plain.pdb", folder / name).xyz
+    np.testing.assert_allclose(found - found[:, :1], whole, atol=0.012, err_msg=name)  # GRO holds 0.01 Å
+    np.testing.assert_allclose(radius_of_gyration(found), radius_of_gyration(whole), atol=0.002, err_msg=name)
+    boxes = [parse().box for parse in frames_of_text(open_source(folder / name), found.shape[1])]
+    np.testing.assert_allclose(
+        [box @ box.T for box in boxes], [cell @ cell.T for cell in cells], rtol=2e-4, err_msg=name
+    )
+
+
+# ---- spheres
+
+
+PALETTE = ("C", "N", "O", "H", "S", "P", "F", "Cl", "Br", "I")
+TYPES = {  # of SYBYL, and of force fields
+    "C": ("C.3 C.ar C.2", "c3 ca CT CG2R61 c"), "N": ("N.3 N.am N.pl3", "n na N3 NG321 nb"), "O": ("O.3 O.co2", "oh os OH OG311"),
+    "H": ("H", "hc ha HC HGA3 h1"), "S": ("S.3 S.O2", "ss sh SH"), "P": ("P.3", "p5 P"), "F": ("F", "f FGA3"),
+    "Cl": ("Cl", "cl CL CLGA1"), "Br": ("Br", "br BRGR1"), "I": ("I", "i IGR1"),
+}  # fmt: skip
+
+
+@given(data=st.data(), elements=st.lists(st.sampled_from(PALETTE), min_size=2, max_size=14))
+@settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_every_file_with_radii_has_the_same_spheres(tmp_path_factory, data, elements):
+    """A chain of atoms through spheres, PQR, MOL2 and SDF: the same positions, radii, names and area."""
+    folder, n = tmp_path_factory.mktemp("a"), len(elements)
+    rng = np.random.default_rng(data.draw(st.integers(0, 999)))
+    steps = rng.normal(size=(n, 3)) * [1, 1, 0.2] + [0, 0, 1.5]
+    places = (
+        np.cumsum(1.4 * steps / np.linalg.norm(steps, axis=1)[:, None], axis=0)
+        + data.draw(st.sampled_from([0, -150]))
+    ).round(3)
+    radii = np.array([RADII["bondi"][each.upper()] for each in elements])
+    names = [f"{each}{k}" for k, each in enumerate(elements, 1)]
+    sybyl, others = (
+        [data.draw(st.sampled_from(TYPES[each][k].split())) for each in elements] for k in (0, 1)
+    )
+    others[0] = {"C": "ca", "N": "na"}.get(elements[0], others[0])
+    dummies = [(places[0] + [0, 0, 9], "Du"), (places[0] - [0, 0, 9], "LP")]
+    symbols = [data.draw(st.sampled_from(["H", "D", "T"])) if each == "H" else each for each in elements]
+    formats.xyzr(folder / "a.xyzr", places, radii)
+    formats.xyzr(folder / "a.xyzrn", places, radii, names)
+    formats.pqr(folder / "columns.pqr", places, radii, names)
+    formats.pqr(folder / "no_chain.pqr", places, radii, names, chain="")
+    formats.pqr(folder / "words.pqr", places, radii, names, columns=False)
+    formats.pqr(folder / "words_no_chain.pqr", places, radii, names, columns=False, chain="")
+    formats.pqr(folder / "elements.pqr", places, radii, names, elements=elements)
+    formats.pqr(folder / "words_elements.pqr", places, radii, names, columns=False, elements=elements)
+    formats.pqr(folder / "models.pqr", places, radii, names, n_models=2)
+    formats.mol2(folder / "sybyl.mol2", places, elements, names, sybyl)
+    formats.mol2(folder / "others.mol2", places, elements, names, others)
+    formats.mol2(folder / "continued.mol2", places, elements, names, sybyl, continued=True)
+    formats.mol2(folder / "dummies.mol2", places, elements, names, sybyl, dummies)
+    formats.sdf(folder / "a.sdf", places, symbols)
+    formats.sdf(folder / "v3000.sdf", places, symbols, "V3000")
+    formats.sdf(folder / "continued.sdf", places, symbols, "V3000", continued=True)
+    area = sparsurf.surface((places, radii), density=1.0).area.sum()
+    for path in sorted(folder.iterdir()):
+        found = read_spheres(path)
+        np.testing.assert_array_equal(found.xyz, places, err_msg=path.name)
+        np.testing.assert_allclose(found.radii, radii, atol=1e-9, err_msg=path.name)
+        expected = {".sdf": symbols, ".xyzr": [""] * n}.get(path.suffix, names)
+        assert found.names == expected, path.name
+    assert (
+        sparsurf.surface(
+            folder / data.draw(st.sampled_from(["words.pqr", "others.mol2", "a.sdf"])), density=1.0
+        ).area.sum()
+        == area
+    )
+
+
 def test_what_is_no_file_of_atoms_says_what_to_do(tmp_path):
     for name, content, words in (
+        ("a.cpt", (171_817).to_bytes(4, "big") + bytes(40), "checkpoint of GROMACS.*gmx trjconv"),
+        (
+            "a.tng",
+            bytes(8) + b"\x40" + bytes(31) + b"GENERAL INFO\0" + bytes(20),
+            "TNG trajectory.*trjconv",
+        ),
+        ("a.coor", (5).to_bytes(4, "little") + bytes(120), "binary coordinates of NAMD"),
+        (
+            "a.g96",
+            b"TITLE\nown\nEND\nPOSITION\n    1 ALA   N          1    0.01    0.2   -0.5\nEND\n",
+            "GROMOS96.*gmx editconf",
+        ),
         (
             "a.tpr",
             b"\0\0\0\x0d\0\0\0\x0cVERSION 2021" + bytes(20),

@@ -1,5 +1,7 @@
 """Files with radii, or with elements of small molecules, as input, and depths below their surface."""
 
+import re
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -10,6 +12,7 @@ from conftest import ROOT
 from sparsurf.cli.command import main
 from sparsurf.errors import InputError
 from sparsurf.surfaces.radii import RADII, radii
+from sparsurf.surfaces.spheres import read_spheres
 
 PROTEIN = ROOT / "data/tdp43/topology.pdb"
 XYZ = np.array([[0.0, 0.0, 0.1], [1.4, 0.0, -20.5], [-105.25, 0.9, 0.0]])
@@ -72,7 +75,7 @@ def test_a_file_with_radii_or_elements_is_a_molecule(tmp_path, name, text):
         ("a.mol2", MOL2 + MOL2, "holds several molecules"),
         ("a.mol2", MOL2.replace(" LIG 0.5", "").replace(" C.2 1", ""), "line 4 is not an atom"),
         ("a.mol2", "", "holds no atoms"),
-        ("a.pqr", "ATOM 1 C 0 0 0 1.5\n", "line 1 does not hold"),
+        ("a.pqr", "ATOM 1 C 0 0 0 1.5\n", "line 1 does not end in x"),
         ("a.xyzr", "0 0 0 -1\n", "radii above 0"),
         ("a.xyzr", "0 0 inf 1\n", "coordinates must be finite"),
         ("a.xyzr", "0 0 0\n", "line 1 does not hold"),
@@ -84,9 +87,48 @@ def test_a_file_with_radii_or_elements_is_a_molecule(tmp_path, name, text):
             10 * "ATOM 1 HG12VAL 7 0.1 0.2 0.3 -0.30 1.50\n" + "ATOM 1 HG12VAL 7 0.1 0.2 0.3 -0.30 1.",
             "line 11 is not",
         ),
-        ("a.pqr", "ATOM 1 HG12 VAL 7 10.1 0.2 0.3 -0.30\n", "line 1 does not hold"),
+        ("a.pqr", "ATOM 1 HG12 VAL 7 10.1 0.2 0.3 -0.30\n", "line 1 does not end in x"),
         ("a.sdf", V2000.replace("  3  2", "  2  2"), "line 7 is an atom beyond the 2 that line 4 announces"),
         ("a.mol2", MOL2.replace("x\n", "x\n4 2 1\n"), "has 3 atoms and announces 4"),
+        (
+            "a.mol",
+            V3000.replace("BEGIN ATOM", "COUNTS 4 0 0 0 0\nM  V30 BEGIN ATOM"),
+            "has 3 atoms and announces 4",
+        ),
+        ("a.mol", V3000.replace("M  V30 END ATOM", ""), "no lines BEGIN ATOM and END ATOM"),
+        ("a.mol", V3000.replace(" C 0.0 0.0 0.1 0", " C 0.0"), "line 7 is not an atom with element"),
+        # elements that are none
+        *(
+            (
+                "a.sdf",
+                V2000.replace(" C ", f" {word:<2s}"),
+                re.escape(f"has the element '{word}', which does not"),
+            )
+            for word in ("A", "Q", "*", "L", "R#", "X", "Cx")
+        ),
+        ("a.mol2", MOL2.replace("C.2", "Any"), "the atom 'C0' of the type 'Any', which is no type of SYBYL"),
+        ("a.mol2", MOL2.replace("C.2", "Het"), "of the type 'Het'"),
+        ("a.mol2", MOL2.replace("C.2", "ca").replace("C0", "X0"), "the atom 'X0' of the type 'ca'"),
+        ("a.mol2", MOL2.replace("C.2", "cl"), "the atom 'C0' of the type 'cl'"),
+        ("a.mol2", MOL2.replace("C.2", "NA"), "the atom 'C0' of the type 'NA'"),
+        # numbers in other columns or units
+        ("a.pqr", PQR.replace("-0.3", "1.7").replace(" 1.7\n", " 0.3\n"), "exchange charge and radius"),
+        ("a.pqr", "ATOM 1 N VAL A 7 10.1 0.2 0.3 1.55\n", "line 1 does not end in x"),
+        ("a.pqr", "ATOM 1 N VAL 1 7 10.1 0.2 0.3 1.55\n", "line 1 does not end in x"),
+        ("a.pqr", "ATOM 1 N VAL A 7 1.1 0.2-10.3 0.1 1.55\n", "its columns touch; separate them"),
+        ("a.pqr", "ATOM 1 N VAL A 7 1.1 0.2 0.3 0.1 170\n", "no atom has such a position"),
+        ("a.pqr", "ATOM 1 N VAL A 7 1.1 0.2 0.3 0.1 -1.7\n", "no atom has such a position"),
+        (
+            "a.pqr",
+            "ATOM 1 N VAL A 7 1.1 0.2 0.3 0.1 0.17\n",
+            "its largest radius is 0.17 Å; give lengths in Å",
+        ),
+        (
+            "a.pqr",
+            "".join(f"ATOM {k} N VAL A 7 {k / 10} 0.2 0.3 0.1 1.7\n" for k in range(9)),
+            "0.10 Å apart.* lengths in Å",
+        ),
+        ("a.xyzr", "".join(f"{k / 10} 0.2 0.3 1.7\n" for k in range(10)), "0.10 Å apart"),
     ],
 )
 def test_a_file_that_holds_no_such_spheres_is_refused(tmp_path, name, text, words):
@@ -95,11 +137,33 @@ def test_a_file_that_holds_no_such_spheres_is_refused(tmp_path, name, text, word
         sparsurf.surface(tmp_path / name)
 
 
+@pytest.mark.parametrize(
+    ("names", "kinds", "elements"),
+    [("C1 CA NA CL4", "C.ar Ca Na Cl", "C CA NA CL"), ("C1 M1 MG BR", "C.2 Zn Mg Br", "C ZN MG BR"),
+     ("C1 CA NA CL", "C.3 CA NA CL", "C CA NA CL"), ("C1 C2 N3 CL4", "c3 ca na cl", "C C N CL"),
+     ("C1 CA NA CL", "CT CA NA CL", "C C N CL"), ("C1 C2 N3 CL4", "C.3 Ca Na Cl", "C C N CL")],
+)  # fmt: skip
+def test_two_letters_are_an_element_where_the_types_are_those_of_sybyl(
+    tmp_path, caplog, names, kinds, elements
+):
+    """CA is calcium or an aromatic carbon: a type that is none of SYBYL, or contradicts its name, shows what all are."""
+    rows = zip(names.split(), kinds.split(), strict=True)
+    lines = (f"{k} {name} {9.0 * k} 0 0 {kind} 1 LIG 0.5\n" for k, (name, kind) in enumerate(rows))
+    (tmp_path / "a.mol2").write_text("@<TRIPOS>MOLECULE\nx\n4 0\n@<TRIPOS>ATOM\n" + "".join(lines))
+    found = read_spheres(tmp_path / "a.mol2").radii
+    assert found.tolist() == [RADII["bondi"].get(element, 2.0) for element in elements.split()]
+    assert ("no bondi radius for CA: 2.00" in caplog.text) == ("CA" in elements.split())
+
+
 def test_a_drawing_is_refused(tmp_path):
     atoms = "".join(f"{k:10.4f}{0:10.4f}{0:10.4f} C   0\n" for k in range(6))
     (tmp_path / "flat.sdf").write_text(f"\n\n\n  6  0  0     0  0            999 V2000\n{atoms}M  END\n")
     with pytest.raises(InputError, match="is a drawing"):
         sparsurf.surface(tmp_path / "flat.sdf")
+    (tmp_path / "flat.sdf").write_text(
+        f"\n{'program':20s}3D\n\n  6  0  0     0  0            999 V2000\n{atoms}M  END\n"
+    )
+    assert len(read_spheres(tmp_path / "flat.sdf").radii) == 6  # a planar molecule
 
 
 def test_spheres_of_a_protein_are_written_and_read(tmp_path):
