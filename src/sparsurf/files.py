@@ -29,7 +29,7 @@ MAX_UNPACKED_BYTES = 2**30  # uncompressed; the largest structures of the PDB ha
 GZIP = b"\x1f\x8b"  # how a gzip file begins
 MAX_QUOTED_LENGTH = 200  # characters; a message shortens a longer string
 N_ROWS_TO_COMPARE = 10  # at the end of a table: they show whether its last row is complete
-URL = re.compile(r"[a-z][a-z0-9+]+:/", re.IGNORECASE)  # a Path drops one of its slashes
+URL_START = re.compile(r"[a-z][a-z0-9+]+:/", re.IGNORECASE)  # a Path drops one of its slashes
 UNPACK = "unpack an archive first, and give the path of the unpacked file."
 
 
@@ -117,7 +117,7 @@ def existing_file(path: str | os.PathLike[str]) -> Path:
 def _absent(path: str | os.PathLike[str]) -> InputError:
     """Return the InputError for a path where nothing is: a URL, the text of a file, or a wrong path."""
     text = os.fspath(path)
-    if URL.match(text):
+    if URL_START.match(text):
         return InputError(f"{shorten(text)} is a URL: give a file; nothing is downloaded.")
     if "\n" in text.strip():
         first = shorten(text.strip().partition("\n")[0])

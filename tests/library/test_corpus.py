@@ -898,9 +898,10 @@ SEVENTH = {  # files with radii, small molecules, cells and columns: topology, k
     "two_models_end.pqr": ("", {}, "233 2043.8 ~ several models: the first is read"),
     "dummy_atom.mol2": ("", {}, "13 116.3 ~ left out 1 particle"), "gaff_types.mol2": ("", {}, "13 116.3"),
     "tritium.sdf": ("", {}, "13 116.3"), "v3000_continued.sdf": ("", {}, "13 116.3"),
-    "crystal_of_minerals.cif": ("", {}, r"! CIF of a small molecule or crystal .core dictionary."),
+    "crystal_of_minerals.cif": ("", {}, r"! CIF of a small molecule or crystal"),
     "gromos.g96": ("", {}, r"! is a GROMOS96 file .\.g96."), "hydrogens_all_named_H.pdb": ("", {}, "1 195 20"),
-    "old_atp_names.pdb": ("", {"ligands": ["ATP"]}, "1 241 31"), "pocket_atoms.pdb": ("", {}, "! parts of residues, as of a pocket"),
+    "old_atp_names.pdb": ("", {"ligands": ["ATP"]}, "1 241 31"),
+    "pocket_atoms.pdb": ("", {}, "! parts of residues, as of a pocket"),
     "serial_beyond_99999.pdb": ("", {}, "1 233 30"), "top.pdb": ("", {}, "1 329 20 11.051"),
     "unk_backbone.pdb": ("", {}, "1 120 30 ~ 30 residues are unknown"), "waters_without_number.pdb": ("", {}, "1 233 30"),
 }  # fmt: skip
@@ -1821,7 +1822,7 @@ class Foreign:
 )
 def test_an_object_whose_properties_raise_errors_is_no_molecule(error):
     for call in (sparsurf.surface, sparsurf.depth, sparsurf.roughness, sparsurf.points):
-        with pytest.raises(InputError, match="a Foreign is not a (molecule|surface)"):
+        with pytest.raises(InputError, match=r"a Foreign is not a (molecule|surface)"):
             call(Foreign(error))
 
 

@@ -56,7 +56,7 @@ IDENTITY = ("name", "residue_name", "chain", "residue")  # arrays that identify 
 OF_ATOMS = (*IDENTITY, "residue_index", "element", "hetero", "segid")
 MIN_RESIDUES_TO_JUDGE = 3  # a fragment with fewer residues is accepted as it is
 MIN_RESIDUES_OF_MODEL = 10  # of glycine alone, as designed backbones are before they get a sequence
-BACKBONE = ("N", "CA", "C", "O", "OXT", "CB", "P", "OP1", "OP2", "O5'", "C5'", "C4'", "C3'", "O3'")
+BACKBONE_NAMES = ("N", "CA", "C", "O", "OXT", "CB", "P", "OP1", "OP2", "O5'", "C5'", "C4'", "C3'", "O3'")
 UNKNOWN_AMINO_ACID = "UNK"
 SAME_SHAPE = 0.05  # Å, deviation of models that are copies of one; coordinates have three decimals
 OTHER_PLACE = 1.0  # Å, by which they are apart at least
@@ -292,8 +292,8 @@ def molecule_of_models(
     boxes = [file.box_of(int(tables[number].model[0])) for number in numbers.tolist()] if whole else [None]
     box = (
         None
-        if any(each is None for each in boxes)
-        else np.stack([each for each in boxes if each is not None])
+        if any(cell is None for cell in boxes)
+        else np.stack([cell for cell in boxes if cell is not None])
     )
     return _with_frames(frames[0], TrajectoryFrames(xyz, np.full(len(xyz), np.nan), numbers, box), join=False)
 
@@ -451,13 +451,15 @@ def select_complete(everything: Everything, keys: SelectionKeys, file: AtomFile)
     if (expected > 0).sum() >= MIN_RESIDUES_TO_JUDGE and share < MIN_HEAVY_ATOM_SHARE:
         lacking = "has no heavy atoms in its residues, only hydrogens"
         if touched.heavy.any():
-            is_backbone = np.isin(touched.name[touched.heavy & (touched.kind != "other")], BACKBONE).all()
+            is_backbone = np.isin(
+                touched.name[touched.heavy & (touched.kind != "other")], BACKBONE_NAMES
+            ).all()
             parts = "C-alpha atoms or a backbone only" if is_backbone else "parts of residues, as of a pocket"
             lacking = f"has {100 * share:.0f} % of the heavy atoms of its residues ({parts})"
         raise InputError(f"{FILE} {lacking}: give a structure with all atoms.")
     first = np.unique(touched.residue_index, return_index=True)[1]
     protein = touched.residue_name[first][touched.kind[first] == "protein"]
-    side_chain = touched.heavy & ~np.isin(touched.name, BACKBONE)
+    side_chain = touched.heavy & ~np.isin(touched.name, BACKBONE_NAMES)
     bare = touched.residue_name[first][
         (touched.kind[first] == "protein") & ~np.isin(residues, touched.residue_index[side_chain])
     ]

@@ -63,7 +63,7 @@ HEXADECIMAL = re.compile(r"[0-9a-f]{4}|[0-9A-F]{4}")
 MIN_B_FACTOR, MAX_B_FACTOR = -99.99, 999.99  # that fit into six characters
 # A serial number beyond 99999, which begins one column earlier or moves what is behind it
 LONG_SERIAL = re.compile(r"(?m)^(ATOM  ?|HETATM)\d{6,}(?=.{23}\.\d{3}.{4}\.\d{3}.{4}\.\d{3})")
-UNKNOWN_NUMBER = "****"  # of a residue, as Fortran writes one that its columns do not hold
+NUMBER_TOO_LARGE = "****"  # of a residue, as Fortran writes one that its columns do not hold
 MAX_JUMP = 1000  # of the numbers, where hexadecimal ones begin
 # Hybrid-36: A000 follows 9999, a000 follows ZZZZ.
 HYBRID_36 = re.compile(r"[A-Z][0-9A-Z]{3}|[a-z][0-9a-z]{3}")
@@ -142,8 +142,11 @@ def _box_of_models(
     A cell behind the last model shows that each one stands behind its model.
     """
     behind = cells[-1][0] == len(models)
-    own = [[cell for n_before, cell in cells if n_before <= k + behind] for k in range(len(models))]
-    return {model: (each or [cells[0][1]])[-1] for model, each in zip(models, own, strict=True)}
+    preceding = [[cell for n_before, cell in cells if n_before <= k + behind] for k in range(len(models))]
+    return {
+        model: (cells_before or [cells[0][1]])[-1]
+        for model, cells_before in zip(models, preceding, strict=True)
+    }
 
 
 def _atom(line: str, line_number: int, wide_chains: bool, numbered: bool, read_number: NumberReader) -> tuple:
@@ -162,7 +165,7 @@ def _atom(line: str, line_number: int, wide_chains: bool, numbered: bool, read_n
     # some programs leave the name of an ion blank
     name = line[12:16].strip() or (element if hetero else "")
     number = read_number(line[22:26].strip(), line[21:22])
-    if line[22:26] == UNKNOWN_NUMBER:
+    if line[22:26] == NUMBER_TOO_LARGE:
         number = _number_of_unknown(line, line_number)
     joined = any(record in line[54:] for record in ATOM_RECORDS)  # two lines that lost their newline
     if not name or number is None or line[27:30].strip() or joined:
@@ -183,7 +186,7 @@ def _number_of_unknown(line: str, line_number: int) -> str:
     """Return no number for a residue beyond those that the columns hold, such as a water; refuse one of a polymer."""
     if known_kind(line[17:20].strip()) in LINKAGES:
         raise InputError(
-            f"Line {line_number} of {FILE} has a residue whose number is {UNKNOWN_NUMBER}: write the structure with numbers "
+            f"Line {line_number} of {FILE} has a residue whose number is {NUMBER_TOO_LARGE}: write the structure with numbers "
             "up to 9999 in each chain, or as mmCIF."
         )
     return ""

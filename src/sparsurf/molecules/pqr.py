@@ -21,10 +21,10 @@ log = logging.getLogger("sparsurf")
 N_NUMBERS = 5  # x, y, z, charge and radius at the end of a line
 N_WORDS = 10  # of a line without a chain; ATOM, serial, name, residue name and number precede the numbers
 POINTS = (34, 42, 50)  # columns of the decimal points of x, y and z in a PDB file
-TOUCHING = re.compile(r"\d\.\d+-\d|(\.\d+){2}")
+TOUCHING_NUMBERS = re.compile(r"\d\.\d+-\d|(\.\d+){2}")
 MAX_CHARGE = 10  # e; no atom has more
 MAX_MEDIAN_CHARGE = 0.5  # e; half of the charges of a molecule are lower, whereas radii are not
-MIN_ATOMS_TO_JUDGE = 3  # fewer may be ions
+MIN_ATOMS_OF_MOLECULE = 3  # fewer may be ions
 MAX_RADIUS = 10.0  # Å; no atom has more
 
 
@@ -85,49 +85,49 @@ def read_pqr(text: str) -> PqrAtoms:
 
 def _atom(line: str, number: int) -> tuple[str, list[float]]:
     """Return the name and the five numbers of an atom; an element may follow them."""
-    name, words = line[12:16].strip(), line.split()
+    name, texts = line[12:16].strip(), line.split()
     in_columns = all(line[column : column + 1] == "." for column in POINTS)
-    if not in_columns and len(words) > 2:
-        name = words[2]
-    if element_of_symbol(words[-1]):
-        words.pop()
-    values = _numbers(words[-N_NUMBERS:])
-    if values and _is_complete(words):
+    if not in_columns and len(texts) > 2:
+        name = texts[2]
+    if element_of_symbol(texts[-1]):
+        texts.pop()
+    values = _numbers(texts[-N_NUMBERS:])
+    if values and _is_complete(texts):
         return name, values
     if in_columns:
         behind = [word for word in line[54:].split() if not element_of_symbol(word)]
         values = _numbers([line[30:38], line[38:46], line[46:54], *behind])
         if len(values) == N_NUMBERS:
             return name, values
-    advice = "its columns touch; separate them by blanks" if TOUCHING.search(line) else "repair it"
+    advice = "its columns touch; separate them by blanks" if TOUCHING_NUMBERS.search(line) else "repair it"
     raise InputError(f"{FILE}: line {number} does not end in x, y, z, charge and radius: {advice}.")
 
 
-def _numbers(words: list[str]) -> list[float]:
+def _numbers(texts: list[str]) -> list[float]:
     """Return words as numbers; none if one is no number."""
     try:
-        return [float(word) for word in words]
+        return [float(word) for word in texts]
     except ValueError:
         return []
 
 
-def _is_complete(words: list[str]) -> bool:
+def _is_complete(texts: list[str]) -> bool:
     """Return whether the last five words are those of an atom: if one is missing, the number of the residue is among them.
 
     The names and numbers of other columns may touch.
     """
-    numbers = words[-N_NUMBERS:]
-    if len(words) < N_NUMBERS + 3 or len({"." in word for word in numbers[:3]}) > 1:
+    numbers = texts[-N_NUMBERS:]
+    if len(texts) < N_NUMBERS + 3 or len({"." in word for word in numbers[:3]}) > 1:
         return False
     with_points = all("." in word for word in numbers)
-    return with_points or len(words) > N_WORDS or (len(words) == N_WORDS and not words[4].isalpha())
+    return with_points or len(texts) > N_WORDS or (len(texts) == N_WORDS and not texts[4].isalpha())
 
 
 def _refuse_other_columns(atoms: PqrAtoms) -> None:
     """Raise InputError if the columns of charge and radius hold something else: each other, or occupancy and B factor."""
     if not np.median(atoms.charge) > MAX_MEDIAN_CHARGE:
         return
-    if len(atoms.charge) >= MIN_ATOMS_TO_JUDGE or np.median(atoms.radius) <= MAX_MEDIAN_CHARGE:
+    if len(atoms.charge) >= MIN_ATOMS_OF_MOLECULE or np.median(atoms.radius) <= MAX_MEDIAN_CHARGE:
         raise InputError(
             f"{FILE}: half of its charges are above {MAX_MEDIAN_CHARGE} e, as where charge and radius change places, or in a PDB "
             "file: exchange charge and radius, or give a PQR file."

@@ -506,13 +506,13 @@ def frames_of_lammps_data(lines: Lines, _n_atoms: int) -> TextFrames:
     n_atoms, style = 0, ""
     header: list[str] = []
     while (line := lines.next()) is not None:
-        words = line.partition("#")[0].split()
-        if words[1:] == ["atoms"] and words[0].isdecimal():
-            n_atoms = int(words[0])
-        if words[:1] == ["Atoms"]:
+        texts = line.partition("#")[0].split()
+        if texts[1:] == ["atoms"] and texts[0].isdecimal():
+            n_atoms = int(texts[0])
+        if texts[:1] == ["Atoms"]:
             style = line.partition("#")[2].strip()
             break
-        header.append(" ".join(words))
+        header.append(" ".join(texts))
     if line is None or not n_atoms:
         raise InputError(f"{FILE} has no section Atoms: give a LAMMPS data file with atoms.")
     if style and style not in BEFORE_X:

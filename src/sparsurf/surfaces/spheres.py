@@ -28,7 +28,7 @@ ATOM_OF_SDF = re.compile(r"(?: *-?\d+\.\d{4}){3} +[A-Za-z]")
 MIN_ATOMS_OF_DRAWING = 5  # four atoms in a plane may be a molecule
 V30 = "M  V30 "
 # Symbols and types that are no atoms: dummy atoms, lone pairs, extra points
-NO_ATOMS = frozenset(["DU", "LP", "EP", "XX"])
+DUMMY_ATOMS = frozenset(["DU", "LP", "EP", "XX"])
 TWO_LETTER_TYPES = ("CL", "BR")  # types of force fields that name their element in full
 
 
@@ -69,7 +69,7 @@ def _spheres(text: str, read: SphereReader) -> Spheres:
     """Return the spheres that a reader finds in a text."""
     spheres = read(text.removesuffix("\n"))
     if not len(spheres.radii):
-        raise InputError(f"{FILE} holds no atoms; give a file of atoms with radii or elements.")
+        raise InputError(f"{FILE} holds no atoms with radii or elements; give a file of such atoms.")
     if read is _xyzr and ends_within_a_row(text):
         raise InputError(
             f"{FILE} is cut short: line {text.count(chr(10)) + 1} is not complete; copy it again."
@@ -88,31 +88,26 @@ def _number(word: str) -> float:
         return math.nan
 
 
-def _refuse_line(number: int) -> InputError:
-    """Return the InputError for a line that lacks a number."""
-    return InputError(
-        f"{FILE}: line {number} does not hold x, y, z and the radius of a sphere, Å; repair it."
-    )
-
-
 def _xyzr(text: str) -> Spheres:
     """Read x, y, z and radius at the beginning of each line, and the name behind a number of a .xyzrn."""
     rows, names = [], []
     for number, line in enumerate(text.split("\n"), 1):
-        words = line.split()
-        if not words or words[0].startswith("#"):
+        texts = line.split()
+        if not texts or texts[0].startswith("#"):
             continue
         try:
-            x, y, z, radius = map(float, words[:4])
+            x, y, z, radius = map(float, texts[:4])
         except ValueError:
-            raise _refuse_line(number) from None
+            raise InputError(
+                f"{FILE}: line {number} does not hold x, y, z and the radius of a sphere, Å; repair it."
+            ) from None
         if not all(map(math.isfinite, (x, y, z, radius))) or radius <= 0:
             raise InputError(
-                f"{FILE}: line {number} has a sphere at {' '.join(words[:3])} of the radius {radius:g} Å; coordinates must "
+                f"{FILE}: line {number} has a sphere at {' '.join(texts[:3])} of the radius {radius:g} Å; coordinates must "
                 "be finite, and radii above 0."
             )
         rows.append((x, y, z, radius))
-        names.append(words[5] if len(words) > 5 else "")
+        names.append(texts[5] if len(texts) > 5 else "")
     table = np.array(rows).reshape(-1, 4)
     return Spheres(table[:, :3], table[:, 3], names)
 
@@ -151,7 +146,7 @@ def _of_elements(atoms: Sequence[AtomLine], elements: Sequence[str]) -> Spheres:
 def _symbol(atom: AtomLine) -> str:
     """Return the element of an atom whose kind is a symbol; empty for what is no atom."""
     element = element_of_symbol(atom.kind)
-    if not element and atom.kind.upper() not in NO_ATOMS:
+    if not element and atom.kind.upper() not in DUMMY_ATOMS:
         raise InputError(
             f"{FILE}: line {atom.number} has the element {atom.kind!r}, which does not exist; repair it, or replace an atom of "
             "a query by an element."
@@ -194,23 +189,23 @@ def _v3000(lines: list[str]) -> list[AtomLine]:
     """Return the atoms of an SDF file of the version V3000, in words; a line that ends in a hyphen goes on in the next."""
     rows = _continued([line.removeprefix(V30) for line in lines], "-")
     begin, end = (
-        next((k for k, (_, words) in enumerate(rows) if words == [mark, "ATOM"]), -1)
+        next((k for k, (_, texts) in enumerate(rows) if texts == [mark, "ATOM"]), -1)
         for mark in ("BEGIN", "END")
     )
     if not 0 <= begin < end:
         raise InputError(f"{FILE} has no lines BEGIN ATOM and END ATOM: it is cut short; copy it again.")
-    counts = next((words[1:2] for _, words in rows[:begin] if words[:1] == ["COUNTS"]), [])
+    counts = next((texts[1:2] for _, texts in rows[:begin] if texts[:1] == ["COUNTS"]), [])
     if counts and counts != [str(end - begin - 1)]:
         raise InputError(
             f"{FILE} has {end - begin - 1} atoms and announces {counts[0]}: it is cut short or was edited; copy it again."
         )
     atoms = []
-    for number, words in rows[begin + 1 : end]:
-        if len(words) < 5:
+    for number, texts in rows[begin + 1 : end]:
+        if len(texts) < 5:
             raise InputError(
-                f"{FILE}: line {number} is not an atom with element and position: {shorten(repr(' '.join(words)))}."
+                f"{FILE}: line {number} is not an atom with element and position: {shorten(repr(' '.join(texts)))}."
             )
-        atoms.append(AtomLine(number, words[2:5], words[1], words[1]))
+        atoms.append(AtomLine(number, texts[2:5], texts[1], texts[1]))
     return atoms
 
 
@@ -236,17 +231,17 @@ def _mol2(text: str) -> Spheres:
         raise InputError(f"{FILE} holds several molecules; give a file of one.")
     section, begin, n_announced = "", 0, math.nan
     atoms: list[AtomLine] = []
-    for number, words in _continued(lines, "\\"):
-        if words and words[0].startswith("@<TRIPOS>"):
-            section, begin = words[0], number
+    for number, texts in _continued(lines, "\\"):
+        if texts and texts[0].startswith("@<TRIPOS>"):
+            section, begin = texts[0], number
         elif section == "@<TRIPOS>MOLECULE" and number == begin + 2:
-            n_announced = _number(words[0]) if words else math.nan
-        elif section == "@<TRIPOS>ATOM" and words and not words[0].startswith("#"):
-            if len(words) < 6:
+            n_announced = _number(texts[0]) if texts else math.nan
+        elif section == "@<TRIPOS>ATOM" and texts and not texts[0].startswith("#"):
+            if len(texts) < 6:
                 raise InputError(
-                    f"{FILE}: line {number} is not an atom with position and type: {shorten(repr(' '.join(words)))}."
+                    f"{FILE}: line {number} is not an atom with position and type: {shorten(repr(' '.join(texts)))}."
                 )
-            atoms.append(AtomLine(number, words[2:5], words[1], words[5]))
+            atoms.append(AtomLine(number, texts[2:5], texts[1], texts[5]))
     if not math.isnan(n_announced) and len(atoms) != n_announced:
         raise InputError(
             f"{FILE} has {len(atoms)} atoms and announces {n_announced:.0f}: it is cut short or was edited; copy it again."
@@ -267,7 +262,7 @@ def _is_sybyl(atom: AtomLine) -> bool:
     symbol, dot, _ = atom.kind.partition(".")
     element = element_of_symbol(symbol)
     if dot or len(element) < 2:
-        return bool(element) or symbol.upper() in NO_ATOMS
+        return bool(element) or symbol.upper() in DUMMY_ATOMS
     of_name = _element_of_name(atom.name)
     is_named = re.sub("[^A-Z]", "", atom.name.upper()).startswith(element)
     return not symbol.islower() and (is_named or of_name in ("", element))
@@ -283,11 +278,11 @@ def _element_of_type(atom: AtomLine) -> str:
     symbol, dot, _ = atom.kind.partition(".")
     letters = re.sub("[^A-Z]", "", symbol.upper())
     element = element_of_symbol(symbol) if dot else _element_of_name(atom.name)
-    if symbol.upper() in NO_ATOMS:
+    if symbol.upper() in DUMMY_ATOMS:
         return ""
     if not element or not letters.startswith(element) or (letters in TWO_LETTER_TYPES and letters != element):
         raise InputError(
-            f"{FILE}: line {atom.number} has the atom {atom.name!r} of the type {atom.kind!r}, which is no type of SYBYL, and "
+            f"{FILE}: line {atom.number} has the atom {atom.name!r} of the type {atom.kind!r}, which is not a type of SYBYL, and "
             "its name does not tell the element; write types such as C.3, N.am and Cl."
         )
     return element

@@ -106,7 +106,11 @@ def test_a_file_with_radii_or_elements_is_a_molecule(tmp_path, name, text):
             )
             for word in ("A", "Q", "*", "L", "R#", "X", "Cx")
         ),
-        ("a.mol2", MOL2.replace("C.2", "Any"), "the atom 'C0' of the type 'Any', which is no type of SYBYL"),
+        (
+            "a.mol2",
+            MOL2.replace("C.2", "Any"),
+            "the atom 'C0' of the type 'Any', which is not a type of SYBYL",
+        ),
         ("a.mol2", MOL2.replace("C.2", "Het"), "of the type 'Het'"),
         ("a.mol2", MOL2.replace("C.2", "ca").replace("C0", "X0"), "the atom 'X0' of the type 'ca'"),
         ("a.mol2", MOL2.replace("C.2", "cl"), "the atom 'C0' of the type 'cl'"),
