@@ -13,8 +13,10 @@ from sparsurf.evaluation.minimal_subset import DESCRIPTORS_OF_ERRORS, recovered_
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.evaluation.statistics import estimate
 from sparsurf.evaluation.trials import Trials
+from sparsurf.patches.index import build_grid
 from sparsurf.recovery.readings import comparable_density
 from sparsurf.recovery.reconstructing import AUTO, INTERPOLANT, reconstruct
+from sparsurf.sampling.farthest_point import farthest_point_sampling
 from sparsurf.settings import Minimal, Settings
 from sparsurf.streams import Streams
 from sparsurf.surfaces.surface import Surface
@@ -29,9 +31,10 @@ def z_of_descriptors(
     draws: int,
     streams: Streams,
 ) -> Iterator[dict]:
-    """Measure Z of the patches of reconstructed surfaces: rows with sampler, model, requested, density and Z_<descriptor>.
+    """Measure Z of reconstructed surfaces: rows with sampler, model, requested, density, compared and Z_<descriptor>.
 
-    The first row is the noise floor: Z of other dots of the same surface, a mean over `draws` of them.
+    The first row is the noise floor: Z of other dots of the same surface, a mean over `draws` of them. Z depends on the number of
+    dots, so that reconstructed ones are thinned evenly to the number of the full surface.
     """
     prepared = PreparedSurface(surface, Settings(), None, streams)
     tests, origin = prepared.draw_tests(n_tests), surface.origin
@@ -46,14 +49,18 @@ def z_of_descriptors(
         ).mean()
         for name in DESCRIPTORS_OF_ERRORS
     }
-    yield {"sampler": FRESH, "model": FRESH, "requested": FRESH, "density": prepared.density} | floor
+    of_floor = {"sampler": FRESH, "model": FRESH, "requested": FRESH}
+    yield of_floor | {"density": prepared.density, "compared": prepared.density} | floor
     density = comparable_density(prepared.density)
 
     def row(sampler: str, model: str, requested: float | str, few: Surface) -> dict:
         points, normals, _ = reconstruct(few, density, model if model == INTERPOLANT else AUTO)
-        z = recovered_z(prepared, Surface(points, normals), tests)
+        rng = prepared.stream("spheres", "thinned")
+        kept = farthest_point_sampling(build_grid(points), min(len(points), len(surface)), rng)
+        z = recovered_z(prepared, Surface(points[kept], normals[kept]), tests)
         known = {"sampler": sampler, "model": model, "requested": requested}
-        return known | {"density": len(few) / prepared.area} | z
+        of_kept = {"density": len(few) / prepared.area, "compared": len(kept) / prepared.area}
+        return known | of_kept | z
 
     for sampler, requested in ((FARTHEST, densities), (COVER, of_cover)):
         trials = Trials(prepared, sampler, 2, model=AUTO, atoms=origin)
@@ -86,12 +93,13 @@ def z_means(table: pd.DataFrame) -> pd.DataFrame:
 
     Returns
     -------
-    DataFrame: sampler, model, requested, n (structures), density; of each Z its mean, of each over_floor the mean and its 95 %
-    interval (_low, _high)
+    DataFrame: sampler, model, requested, n (structures), density, compared (dots per Å^2 whose Z it is); of each Z its mean, of
+    each over_floor the mean and its 95 % interval (_low, _high)
     """
     out, keys = [], KEYS[1:]
     for values, part in table.groupby(keys, sort=False):
-        row = dict(zip(keys, values, strict=True)) | {"n": len(part), "density": part["density"].mean()}
+        row = dict(zip(keys, values, strict=True)) | {"n": len(part)}
+        row |= {name: part[name].mean() for name in ("density", "compared")}
         for name in DESCRIPTORS_OF_ERRORS:
             ratio = estimate(part[f"over_floor_{name}"].to_numpy()[None])
             row |= {f"Z_{name}": part[f"Z_{name}"].mean(), f"over_floor_{name}": ratio.mean}

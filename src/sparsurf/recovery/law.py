@@ -2,8 +2,9 @@
 
 The errors are means over proteins of the distances of independent dots of the whole surface from the reconstructed one, with a
 probe of 1.4 Å and the radii of DMS (`evidence/measures/spheres.py`). Between two measured densities, their logarithms are joined
-by a straight line. With the interpolant the mean error is nearly inversely proportional to the density: one dot for each patch
-of a sphere or torus. With the spheres it falls two to three times as fast, because two or three dots determine an atom.
+by a straight line. With the interpolant the mean error is nearly inversely proportional to the density, because a smooth surface
+errs at the seams and creases between pieces of spheres and tori (docs/why.md). With the spheres it falls faster, because two or
+three dots determine an atom.
 """
 
 import math
