@@ -31,7 +31,7 @@ from sparsurf.molecules.pdb import read_pdb
 from sparsurf.molecules.plddt import doubtful_residues
 from sparsurf.molecules.psf import read_psf
 from sparsurf.molecules.selection import POLYMERS, SelectionKeys
-from sparsurf.molecules.source import Source, open_source
+from sparsurf.molecules.source import Source, open_source, what_is_no_structure
 from sparsurf.suggestions import public
 
 log = logging.getLogger("sparsurf")
@@ -200,7 +200,7 @@ def _what_names_no_atoms(source: Source) -> str:
     if source.format.places:
         return f"{source} is a trajectory: give it as the trajectory, and its topology as the structure."
     labels = ", ".join(file_format.label for file_format in MOLECULE_FORMATS.values() if file_format.atoms)
-    return f"{source} is not a structure by its content: give a file of one of the formats {labels}."
+    return what_is_no_structure(source, f"a file of one of the formats {labels}")
 
 
 def _without_doubtful(molecule: Molecule, origin: str, plddt: float) -> Molecule:

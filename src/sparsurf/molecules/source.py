@@ -39,6 +39,8 @@ PDB_TITLES = frozenset(["TITLE", "COMPND", "SOURCE", "AUTHOR", "REMARK", "MODEL"
 CHECKPOINT, TNG, TNG_BYTES = (171_817).to_bytes(4, "big"), b"GENERAL INFO", 100
 # Blocks with which a GROMOS96 file begins, behind its title
 BLOCK_OF_GROMOS = re.compile(r"^(POSITION|POSITIONRED|TIMESTEP)[ \t]*$", re.MULTILINE)
+LINES_OF_SPHERES = 10  # that tell them
+WORD_OF_A_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 LINE_OF_A_COUNT = re.compile(r"\s*\d+\s*")
 COUNT_OF_CARD = re.compile(r"\s*\d+(\s+EXT)?\s*", re.IGNORECASE)
 COUNT_OF_RESTART = re.compile(r"\s*\d+(\s+[-+]?\d+\.\d*([eE][-+]?\d+)?)*\s*")
@@ -105,6 +107,20 @@ def open_source(path: StrPath | Source) -> Source:
     if found.refusal:
         raise InputError(f"{name} {found.refusal}.")
     return Source(name, found, recognised is not None, compressed)
+
+
+def what_is_no_structure(source: Source, formats: str) -> str:
+    """Return the sentence that refuses a file in place of a structure of some formats."""
+    try:
+        lines = [line.split() for line in source.text().splitlines() if line.strip()][:LINES_OF_SPHERES]
+    except InputError:  # no text
+        lines = []
+    if lines and all(len(line) == 4 and all(map(WORD_OF_A_NUMBER.fullmatch, line)) for line in lines):
+        return (
+            f"{source} holds four numbers in each line, as files of spheres do (x, y, z and radius in Å), which are known by "
+            "their name: rename it so that it ends in .xyzr."
+        )
+    return f"{source} is not a structure by its content: give {formats}."
 
 
 def _is_folder_of_desmond(path: StrPath) -> bool:

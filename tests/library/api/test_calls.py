@@ -635,3 +635,21 @@ def test_dots_that_were_placed_for_a_larger_link_are_sampled_and_compared_with_i
     assert sparsurf.compare(dots, kept, test_dots=9).equals(sparsurf.compare(ready, kept, test_dots=9))
     with pytest.raises(InputError, match=r"d_link = 0\.5"):
         sparsurf.sample(sparsurf.Surface(dots.points, dots.normals), percent=30)
+
+
+@pytest.mark.parametrize(
+    ("text", "are_spheres"),
+    [
+        ("0 0 0 1.7\n3.0 0 -1e0 1.7\n", True),
+        ("0 0 0 1.7 C\n3 0 0 1.7 C\n", False),
+        ("x y z r\n0 0 0 1\n", False),
+    ],
+)
+def test_spheres_under_another_name_are_told_the_name_that_is_read(tmp_path, text, are_spheres):
+    (tmp_path / "s.dat").write_text(text)
+    with pytest.raises(InputError) as told:
+        sparsurf.surface(tmp_path / "s.dat")
+    assert ("ends in .xyzr" in str(told.value)) == are_spheres
+    if are_spheres:
+        (tmp_path / "s.dat").rename(tmp_path / "s.xyzr")
+        assert len(sparsurf.surface(tmp_path / "s.xyzr").origin.radii) == 2
