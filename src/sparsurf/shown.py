@@ -64,5 +64,5 @@ class Shown:
 
     def _repr_html_(self) -> str:
         """Return what a notebook shows."""
-        html: str = functions("views").notebook_html(self)
+        html: str = functions("show").notebook_html(self)
         return html

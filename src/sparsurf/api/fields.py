@@ -22,20 +22,17 @@ from sparsurf.api.inputs import (
     has_atoms,
     subset_indices,
 )
-from sparsurf.api.patches import roughness
 from sparsurf.api.surfaces import as_surface
-from sparsurf.api.whole import WholeSurface, whole_surface
+from sparsurf.api.whole import WholeSurface, whole_surface, with_patches
 from sparsurf.arguments import index_array
 from sparsurf.dot_fields.depth import depth_of_atoms, depth_of_residues
 from sparsurf.dot_fields.registry import FieldLike, compute_fields
 from sparsurf.errors import InputError, argument
 from sparsurf.evaluation.minimal_subset import Subset
 from sparsurf.evaluation.residues import residue_table
-from sparsurf.patches.index import D_LINK
 from sparsurf.settings import PatchesSettings
 from sparsurf.suggestions import public
 from sparsurf.surfaces.chosen_points import Points
-from sparsurf.surfaces.spacing import MIN_D_LINK_PER_SPACING, spacing
 from sparsurf.surfaces.surface import Surface, real_numbers
 
 if TYPE_CHECKING:
@@ -164,9 +161,10 @@ def residues(
     -------
     DataFrame, one row per residue
         Its name, its area in total and by kind of dots (Å^2), its mean and lowest roughness (NaN where it is buried or lies
-        only in cavities, or where the dots are too few for patches and their whole surface is not known), the mean of each
-        field, its depth (Å, as in `depth`, where the dots carry their molecule), and the numbers of its dots and of its kept
-        dots. The reference of outputs lists every column.
+        only in cavities), the mean of each field, its depth (Å, as in `depth`, where the dots carry their molecule), and the
+        numbers of its dots and of its kept dots. The reference of outputs lists every column. The roughness of a few dots is
+        that of the whole surface of their atoms, or else of the surface reconstructed from them (`recover`), as a warning
+        says; it is NaN where they are too few.
 
     Raises
     ------
@@ -198,14 +196,14 @@ def residues(
     if dot_roughness is None or (
         is_sparse and surface.origin is not None and not np.isnan(dot_roughness).any()
     ):
-        whole = _whole_of_dense(surface, dot_roughness is not None)
+        whole = _surface_of_patches(surface)
     roughness_of_all = None if whole is None else whole.roughness(PatchesSettings())
     if dot_roughness is not None:
         values = dot_roughness
-    elif whole is not None and roughness_of_all is not None:  # the patches of a part would end at its border
+    elif whole is not None and roughness_of_all is not None:
         values = roughness_of_all[whole.nearest]
     else:
-        values = _own_roughness(surface)
+        values = np.full(len(surface), np.nan)
     if values.shape != (len(surface),):
         raise InputError(
             f"residues: roughness_values has the shape {values.shape}; the dots are {len(surface)}."
@@ -231,10 +229,11 @@ def residues(
             f"residues: weight has the shape {weights.shape}; the kept dots are {len(dots_kept)}."
         )
     component = surface.placed.components(surface) if surface.placed else None
-    cavity = None if whole is None else whole.cavity[whole.nearest]
+    cavity = None if whole is None or whole.surface is surface else whole.cavity[whole.nearest]
     table = residue_table(surface, values, atoms, dots_kept, weights, component, cavity)
     if (
         whole is not None
+        and whole.surface is not surface
         and roughness_of_all is not None
         and np.allclose(values, roughness_of_all[whole.nearest], atol=1e-6)
     ):
@@ -245,23 +244,12 @@ def residues(
     return table
 
 
-def _whole_of_dense(surface: Surface, has_roughness: bool) -> WholeSurface | None:
-    """Return the whole surface that dots are a part of; None for all dots, dots of a file, and few vertices without roughness."""
-    if surface.origin is None or surface.placed is not None:
+def _surface_of_patches(surface: Surface) -> WholeSurface | None:
+    """Return the surface whose patches tell the roughness of dots; None, with a warning, if there is none."""
+    if surface.origin is not None and surface.placed is None:  # the patches of a part would end at its border
+        return whole_surface(surface)
+    try:
+        return with_patches("residues", surface, PatchesSettings())
+    except InputError as error:
+        log.warning("%s", error)
         return None
-    is_taken = has_roughness or len(surface.origin.points) > 0 or not _is_sparse(surface)
-    return whole_surface(surface) if is_taken else None
-
-
-def _is_sparse(surface: Surface) -> bool:
-    """Return whether dots are too far apart for the patches of the roughness."""
-    return len(surface) == 1 or spacing(surface.points) * MIN_D_LINK_PER_SPACING > D_LINK
-
-
-def _own_roughness(surface: Surface) -> np.ndarray:
-    """Return R_i of dots, (N,); NaN, with a warning, if they are too far apart."""
-    if not _is_sparse(surface):
-        return roughness(surface)
-    message = "residues: the %d dots are too far apart for patches, so the columns of the roughness are empty"
-    log.warning(message, len(surface))
-    return np.full(len(surface), np.nan)

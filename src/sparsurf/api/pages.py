@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,13 +13,12 @@ from sparsurf.api.about import About, heard, refuse_missing_matplotlib
 from sparsurf.api.fields import DEFAULT_FIELDS
 from sparsurf.api.origin import rows_of_origin, rows_of_surface, shown_part
 from sparsurf.api.surfaces import MeshSize, mesh_of_atoms
-from sparsurf.api.whole import WholeSurface, whole_surface
+from sparsurf.api.whole import WholeSurface, whole_surface, with_patches
 from sparsurf.dot_fields.registry import compute_fields, label_and_unit
 from sparsurf.errors import InputError
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.evaluation.residues import residue_table
 from sparsurf.files import pluralise
-from sparsurf.patches.index import D_LINK
 from sparsurf.sampling.samplers import farthest
 from sparsurf.settings import PatchesSettings, Settings
 from sparsurf.surfaces.components import (
@@ -27,7 +27,6 @@ from sparsurf.surfaces.components import (
     on_cavities,
     stored_components,
 )
-from sparsurf.surfaces.spacing import MIN_D_LINK_PER_SPACING, spacing
 from sparsurf.threads import available_cores
 
 if TYPE_CHECKING:
@@ -38,32 +37,40 @@ if TYPE_CHECKING:
     from sparsurf.views.overview.page import DrawnMolecule
 
 
-def patches_for(surface: Surface) -> PatchesSettings:
-    """Return the patches of the paper, with a link that suits the dots where these are far apart."""
-    gap = spacing(surface.points) if len(surface) > 1 else 0.0
-    return PatchesSettings(d_link=max(D_LINK, 1.01 * MIN_D_LINK_PER_SPACING * gap))
+log = logging.getLogger("sparsurf")
 
 
-def page_of_surface(surface: Surface, about: About, colour: str = "roughness") -> str:
+def page_of_surface(
+    surface: Surface, about: About, colour: str = "roughness", values: np.ndarray | None = None
+) -> str:
     """Return the page of a surface: the viewer, its residues if the dots know their molecule, and what was left out.
 
-    `colour` is 'roughness' or 'kind'. Of dots whose atoms are known, the roughness is that of the whole surface.
+    `colour` is 'roughness' or 'kind', unless there are `values` (N,) of the dots. Of dots whose atoms are known, the roughness is
+    that of the whole surface. Of other dots whose patches would be fragmented, the surface that is reconstructed from them is
+    shown; it has no roughness where they are too few.
     """
-    kept = about.kept
     if len(surface) < 2:
         raise InputError("a page needs a surface, and there is a single dot; give all dots of a surface.")
     from sparsurf.views.overview.page import Notes, overview
     from sparsurf.views.viewer.page import MAX_DOTS, DotValues
 
-    whole = whole_surface(surface) if surface.origin is not None and not about.is_whole else None
-    source = surface if whole is None else whole.surface
-    settings = Settings(patches=about.patches or patches_for(source))
+    given, patches = surface, about.patches or PatchesSettings()
+    with heard("show") as of_patches:
+        whole = _surface_of_patches(surface, about, patches)
+    if whole is not None and surface.origin is None and whole.surface is not surface:
+        surface, about = whole.surface, replace(about, kept=whole.nearest, roughness=None)
+        values = None if values is None else np.append(values, np.full(len(surface) - len(given), np.nan))
     roughness_of_all, dot_roughness = None, about.roughness
-    if whole is not None and surface is not whole.surface:  # the patches of a part would end at its border
-        roughness_of_all = whole.roughness(settings.patches)
+    if whole is None:
+        dot_roughness = np.full(len(surface), np.nan)
+    elif surface is not whole.surface:  # the patches of a part would end at its border
+        roughness_of_all = whole.roughness(patches)
         dot_roughness = roughness_of_all[whole.nearest]
-    prepared = PreparedSurface(surface, settings, dot_roughness, threads=available_cores())
-    is_selection = whole is not None and not whole.is_owned_by(surface)
+    prepared = PreparedSurface(surface, Settings(patches=patches), dot_roughness, threads=available_cores())
+    # of dots whose atoms are known, the surface that they are a part of
+    part_of = whole if surface.origin is not None and not about.is_whole else None
+    is_owned = part_of is not None and part_of.is_owned_by(surface)
+    kept, is_selection = about.kept, part_of is not None and not is_owned
     drawn = None if len(kept) or is_selection else _drawn(surface)
     order = (
         np.arange(0) if drawn else farthest(prepared, min(len(surface), MAX_DOTS), prepared.stream("view"))
@@ -73,24 +80,26 @@ def page_of_surface(surface: Surface, about: About, colour: str = "roughness") -
         shown, missing = with_default_fields(surface, molecule)
     components = surface.placed.components(surface) if surface.placed else stored_components(surface)
     cavity = None if components is None else on_cavities(surface, components)
-    if whole is not None:
+    if whole is not None and roughness_of_all is not None:
         cavity = whole.cavity[whole.nearest]
     table = None
     if molecule is not None:
         table = residue_table(shown, prepared.roughness, molecule, cavity=cavity)
         if whole is not None and roughness_of_all is not None:
-            table = whole.with_roughness(table, roughness_of_all, molecule, whole.is_owned_by(surface))
-    named = [_values(DotValues, name, numbers) for name, numbers in fields_without_component(shown).items()]
+            table = whole.with_roughness(table, roughness_of_all, molecule, is_owned)
+    named = [] if values is None else [DotValues("values", "value", "", values)]
+    named += [_values(DotValues, name, numbers) for name, numbers in fields_without_component(shown).items()]
     if components is not None and components.max() > 0:
         parts = components.astype(float)
         named.append(DotValues("component of the surface", COMPONENT_FIELD, "", parts, "largest", "smallest"))
-    is_coloured_by_kind = colour == "kind" and (surface.kind >= 0).any()
-    opens = ("minimal" if len(kept) else "all", "kind" if is_coloured_by_kind else 0)
+    first = 0 if whole is None or values is None else 1  # the roughness comes before the values
+    has_kinds = values is None and colour == "kind" and (surface.kind >= 0).any()
+    opens = ("minimal" if len(kept) else "all", "kind" if has_kinds or not (named or whole) else first)
     messages = about.heard
     sentences = (*about.notes, *(messages.sentences if messages else ()), *of_fields.sentences)
     notes = Notes(None if messages is None else tuple(messages.left_out), sentences)
     return overview(
-        title_of(about, surface),
+        title_of(about, given),
         prepared,
         order,
         table,
@@ -102,11 +111,27 @@ def page_of_surface(surface: Surface, about: About, colour: str = "roughness") -
         missing=[label_and_unit(name)[0] for name in missing],
         counts=_counts(molecule) if molecule else "",
         probe=surface.origin.rules.probe_radius if surface.origin else None,
-        extent=_extent(surface, whole, cavity, about.is_whole),
+        extent=_extent(given, part_of, cavity, about.is_whole),
+        mean=float(roughness_of_all.mean()) if is_owned and roughness_of_all is not None else None,
+        reconstructed_from=len(given) if surface is not given else 0,
+        why=" ".join(of_patches.sentences),
         links=about.links,
         drawn=drawn,
         origin=rows_of_surface(about, surface),
     )
+
+
+def _surface_of_patches(surface: Surface, about: About, patches: PatchesSettings) -> WholeSurface | None:
+    """Return the surface whose patches tell the roughness of dots; None, with a warning, if there is none."""
+    if about.is_whole:
+        return WholeSurface(surface, np.arange(len(surface)))
+    if surface.origin is not None:
+        return whole_surface(surface)
+    try:
+        return with_patches("show", surface, patches)
+    except InputError as error:
+        log.warning("%s", error)
+        return None
 
 
 def _drawn(surface: Surface) -> DrawnMolecule | None:

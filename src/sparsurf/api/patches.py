@@ -9,14 +9,17 @@ import numpy as np
 
 from sparsurf import kinds
 from sparsurf.api.inputs import SurfaceLike
-from sparsurf.api.surfaces import as_index
+from sparsurf.api.surfaces import as_index, as_surface
+from sparsurf.api.whole import WholeSurface, with_patches
 from sparsurf.arguments import LENGTH, check_flag, index_array
 from sparsurf.errors import InputError, argument
 from sparsurf.patches.descriptors import PUBLISHED, DescriptorLike, describe_patches
 from sparsurf.patches.index import D_LINK, R_PATCH, R_ZERNIKE, PatchIndex
 from sparsurf.patches.roughness import RoughnessFunction
-from sparsurf.patches.roughness import roughness_of_patches as roughness_of_dots
+from sparsurf.settings import PatchesSettings
 from sparsurf.suggestions import public
+from sparsurf.surfaces.spacing import refuse_sparse
+from sparsurf.surfaces.surface import Surface
 from sparsurf.threads import available_cores
 
 if TYPE_CHECKING:
@@ -55,12 +58,14 @@ def roughness(
     Returns
     -------
     (N,) float64
-        Roughness of each dot: 1 is flat and 0 is rough.
+        Roughness of each dot: 1 is flat and 0 is rough. Where patches of the dots would be fragmented, as those of a subset, it
+        is measured on the whole surface of their atoms, or else on the surface reconstructed from them (`recover`), and a
+        warning says so.
 
     Raises
     ------
     InputError
-        The surface cannot be used, or an argument is outside of its limits.
+        The surface cannot be used, the dots are too few to reconstruct it, or an argument is outside of its limits.
 
     Notes
     -----
@@ -80,10 +85,18 @@ def roughness(
     >>> bool((R == sparsurf.roughness("data/tdp43/topology.pdb")).all())
     True
     """
-    r_patch = LENGTH.check(r_patch, "r_patch")
+    r_patch, d_link = LENGTH.check(r_patch, "r_patch"), LENGTH.check(d_link, "d_link")
     kinds.load("roughness", roughness, "roughness")  # refused before dots are placed
-    index = as_index(surface, d_link, r_patch, "r_patch")
-    return roughness_of_dots(index, r_patch, available_cores(), roughness)
+    patches = PatchesSettings(r_patch=r_patch, d_link=d_link).model_copy(update={"roughness": roughness})
+    return measured_roughness(as_surface(surface, d_link), patches)[0]
+
+
+def measured_roughness(dots: Surface, patches: PatchesSettings) -> tuple[np.ndarray, WholeSurface, float]:
+    """Return R_i of dots, (N,), the surface whose patches tell it, and the mean R_i of this surface."""
+    whole = with_patches("roughness", dots, patches)
+    refuse_sparse(whole.surface.points, patches.d_link, "surface", radii={"r_patch": patches.r_patch})
+    values = whole.roughness(patches)
+    return values[whole.nearest], whole, float(values.mean())
 
 
 @public(of_dots=True)

@@ -10,6 +10,8 @@ from numbers import Integral
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from sparsurf.api.about import About, Heard, heard
 from sparsurf.api.fields import labelled
 from sparsurf.api.frame_pages import page_of_frames
@@ -20,7 +22,7 @@ from sparsurf.api.surfaces import as_surface, surface
 from sparsurf.api.views import (
     View,
     in_notebook,
-    page_of_dots,
+    picture_html,
     surface_of_result,
     temporary_page,
     values_of_dots,
@@ -33,12 +35,13 @@ from sparsurf.molecules.formats import title
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.molecules.source import Source
 from sparsurf.suggestions import public
-from sparsurf.surfaces.surface import Surface
 
 if TYPE_CHECKING:
     from sparsurf.surfaces.mesh import Mesh
 
 log = logging.getLogger("sparsurf")
+
+MAX_DOTS_IN_NOTEBOOK = 50_000  # of larger surfaces a notebook holds a picture
 
 
 @public(of_dots=True)
@@ -88,7 +91,8 @@ def show(
     Notes
     -----
     Roughness is that of `roughness`: the mean cosine between the normals of a patch and their mean (Grassmann et al., PLoS ONE
-    17(4), e0266004, 2022). Where dots are too far apart for a link of 0.5 Å, the link is larger, and the page says so.
+    17(4), e0266004, 2022). Where patches of the dots would be fragmented, as those of a file of a subset, the page shows the
+    surface that `recover` reconstructs from them, and says so.
 
     Examples
     --------
@@ -116,16 +120,30 @@ def show_in_notebook(result: Any, values: Any = None, path: str | Path | None = 
     if path is not None:
         parse_output(path, PAGE_ENDINGS)
         refuse_replacing(path, (result,))
-    if values is None and not isinstance(result, Surface):
-        view = View(page_of_surface(*surface_to_show(result, None, 0)))
-    else:
-        surface = surface_of_result(result)
-        view = View(page_of_dots(surface, values_of_dots(surface, values)))
+    view = View(_page_of_result(result, values))
     if path is not None:
         write_page(path, view.html)
     if not in_notebook() and (path is None or has_display()):
         open_page(path or temporary_page(view.html))
     return view
+
+
+def notebook_html(result: Any) -> str:
+    """Return what a notebook shows of a result: its page, or a picture if it has many dots."""
+    if len(surface_of_result(result)) > MAX_DOTS_IN_NOTEBOOK:
+        return picture_html(result)
+    return View(_page_of_result(result, None))._repr_html_()
+
+
+def _page_of_result(result: Any, values: Any) -> str:
+    """Return the page of a result, which opens with the values of its dots if they are given."""
+    dots, about = surface_to_show(result, None, 0)
+    n_given = len(about.kept) or len(dots)
+    numbers = values_of_dots(n_given, values)
+    if numbers is not None and len(about.kept):
+        of_kept, numbers = numbers, np.full(len(dots), np.nan)
+        numbers[about.kept] = of_kept
+    return page_of_surface(dots, about, values=numbers)
 
 
 def _page_to_show(source: Any, trajectory: str | Path | None, frame: int | None) -> str:

@@ -13,26 +13,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sparsurf.api.about import About
-from sparsurf.api.origin import rows_of_surface
-from sparsurf.api.pages import patches_for
 from sparsurf.api.writing import write_page
 from sparsurf.dot_fields.registry import label_and_unit
 from sparsurf.errors import InputError, argument
-from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.molecules.molecule import Molecule
-from sparsurf.sampling.samplers import farthest
-from sparsurf.settings import Settings
 from sparsurf.surfaces.formats.ply import KIND_COLOURS, limits_of, viridis
 from sparsurf.surfaces.surface import Surface, real_numbers
-from sparsurf.threads import available_cores
-from sparsurf.views.viewer.page import MAX_DOTS, DotValues, page
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import ArrayLike
 
-MAX_DOTS_IN_NOTEBOOK = 50_000  # 0.7 MB; of larger surfaces a notebook holds a picture
 NOTEBOOK_HEIGHT = 480  # pixels, of the page in a notebook
 PICTURE_INCHES, PICTURE_DPI = (6.0, 4.0), 150
 
@@ -70,7 +61,7 @@ def plot(result: Any, values: ArrayLike | None = None, ax: Any = None, name: str
     except ImportError:
         raise InputError("plot() needs matplotlib: run pip install matplotlib.") from None
     surface = surface_of_result(result)
-    numbers = values_of_dots(surface, values)
+    numbers = values_of_dots(len(surface), values)
     ax = plt.figure(layout="constrained").add_subplot() if ax is None else ax
     if ax.name == "3d":
         raise InputError("plot: these axes are 3D, and the picture is flat; give axes without a projection.")
@@ -111,17 +102,14 @@ def surface_of_result(result: Any) -> Surface:
     return dots if isinstance(dots, Surface) else result
 
 
-def notebook_html(result: Any) -> str:
-    """Return what a notebook shows of a result: its view, or a picture if it has many dots."""
-    surface = surface_of_result(result)
-    if len(surface) <= MAX_DOTS_IN_NOTEBOOK:
-        return View(page_of_dots(surface, None))._repr_html_()
+def picture_html(result: Any) -> str:
+    """Return the picture of a result, for a notebook."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     figure, png = Figure(PICTURE_INCHES, PICTURE_DPI, layout="constrained"), io.BytesIO()
     FigureCanvasAgg(figure)
-    plot(surface, ax=figure.add_subplot())
+    plot(surface_of_result(result), ax=figure.add_subplot())
     figure.savefig(png, format="png")
     text = base64.b64encode(png.getvalue()).decode("ascii")
     return (
@@ -129,29 +117,13 @@ def notebook_html(result: Any) -> str:
     )
 
 
-def page_of_dots(surface: Surface, values: np.ndarray | None) -> str:
-    """Return the page of a surface; dots that are far apart are linked by their own spacing."""
-    prepared = PreparedSurface(surface, Settings(patches=patches_for(surface)), threads=available_cores())
-    order = farthest(prepared, min(len(surface), MAX_DOTS), prepared.stream("view"))
-    shown = [] if values is None else [DotValues("values", "value", "", values)]
-    shown += [DotValues(name, name, "", numbers) for name, numbers in surface.fields.items()]
-    has_kinds = (surface.kind >= 0).any()
-    molecule = surface.molecule
-    residues = [molecule.residue_label(atom) for atom in range(molecule.n_atoms)] if molecule else []
-    return page(
-        repr(surface), prepared, {"farthest": order}, residues=residues, values=shown, up="",
-        origin=rows_of_surface(About(), surface),
-        opens=("all", 1 if values is not None else "kind" if has_kinds else 0),
-    )  # fmt: skip
-
-
-def values_of_dots(surface: Surface, values: ArrayLike | None) -> np.ndarray | None:
+def values_of_dots(n_dots: int, values: ArrayLike | None) -> np.ndarray | None:
     """Return one number for each dot; raise InputError for anything else."""
     if values is None:
         return None
     numbers = real_numbers(values, "values").astype(float)
-    if numbers.shape != (len(surface),):
-        raise InputError(f"{argument('values')} has the shape {numbers.shape}; the dots are {len(surface)}.")
+    if numbers.shape != (n_dots,):
+        raise InputError(f"{argument('values')} has the shape {numbers.shape}; the dots are {n_dots}.")
     return numbers
 
 

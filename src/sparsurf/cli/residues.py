@@ -43,7 +43,9 @@ def run(args: argparse.Namespace) -> None:
         check_fields(names, "residues", of_residues=True)
     surface, molecule = options.read_dots(args)
     if molecule is None:
-        raise InputError(f"{args.file} holds dots, which have no residues; give a structure.")
+        raise InputError(
+            f"{args.file} holds dots, which have no residues; give the structure that they lie on."
+        )
     from sparsurf.api.fields import residues  # here: wrong arguments need no numba
 
     options.say(f"roughness of {len(surface):,} dots")

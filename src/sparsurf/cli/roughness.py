@@ -35,16 +35,18 @@ def run(args: argparse.Namespace) -> None:
     """Write the dots with their roughness."""
     outputs.check(args, FORMATS)
     surface, molecule = options.read_dots(args)
-    from sparsurf.api.patches import roughness  # here: wrong arguments need no numba
+    from sparsurf.api.patches import measured_roughness  # here: wrong arguments need no numba
     from sparsurf.settings import PatchesSettings
 
     options.say(f"roughness of {len(surface):,} dots")
-    values = roughness(surface, r_patch=args.r_patch, d_link=args.d_link)
+    patches = PatchesSettings(r_patch=args.r_patch, d_link=args.d_link)
+    values, whole, mean = measured_roughness(surface, patches)
     chosen = options.dots_of_residues(args, surface, molecule)
     surface, values = surface.take(chosen), values[chosen]
     table = {"roughness": values} | ({} if molecule is None else molecule.label_columns(surface.atom))
     message = f"{len(surface):,} dots, mean roughness {values.mean():.3f}"
-    patches = PatchesSettings(r_patch=args.r_patch, d_link=args.d_link)
+    if len(whole.surface) > len(whole.nearest):
+        message = f"{len(surface):,} dots; the mean roughness of their surface is {mean:.3f}"
     options.say(f"writing {len(surface):,} dots")
     about = options.about(args, patches=patches, roughness=values)
     outputs.write_output(args, writing.DotsToWrite(surface, table, "roughness", message=message, about=about))

@@ -5,7 +5,21 @@ from __future__ import annotations
 import numpy as np
 
 from sparsurf.kernels import njit
-from sparsurf.patches.index import MIN_LINKS_PER_DOT, PatchIndex, ball, ball_bound
+from sparsurf.patches.index import (
+    D_LINK,
+    MIN_LINKS_PER_DOT,
+    R_PATCH,
+    PatchIndex,
+    ball,
+    ball_bound,
+    build_index,
+)
+from sparsurf.surfaces.spacing import MIN_D_LINK_PER_SPACING, spacing
+
+JUDGED_PATCHES = 200  # by which the patches of dots are judged
+# Median share of the dots of a patch that its largest island holds. It is .98 to 1 on surfaces of `surface` and DMS. Where random
+# dots are left out, the mean roughness is .003 to .007 too high at .97, .03 at .83, .09 at .48 and .21 at .21.
+MIN_SHARE_IN_ISLAND = 0.9
 
 
 @njit(cache=True, nogil=True)
@@ -199,3 +213,21 @@ def patch(index: PatchIndex, dot: int, radius: float) -> np.ndarray:
     mark = np.zeros(len(index.dot) + 1, np.uint8)
     begin, end = patch_of(index, p, radius, np.empty(room, np.int32), mark, queue)
     return np.sort(index.dot[queue[begin:end]])
+
+
+def are_fragmented(
+    points: np.ndarray, normals: np.ndarray, d_link: float = D_LINK, radius: float = R_PATCH
+) -> bool:
+    """Return whether dots (N, 3) are so sparse, or so unevenly spread, that their patches fall into islands.
+
+    Such patches are too small, and their roughness is too high.
+    """
+    if len(points) == 1 or d_link < MIN_D_LINK_PER_SPACING * spacing(points):
+        return True
+    index = build_index(points, normals, d_link)
+    in_ball = np.empty(ball_bound(index, index.xyz, radius) + 1, np.int32)
+    shares = []
+    for dot in np.linspace(0, len(points) - 1, min(len(points), JUDGED_PATCHES)).astype(int):
+        x, y, z = index.xyz[index.position[dot]]
+        shares.append(len(patch(index, dot, radius)) / ball(index, x, y, z, radius, in_ball))
+    return bool(np.median(shares) < MIN_SHARE_IN_ISLAND)

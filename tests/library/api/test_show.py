@@ -210,21 +210,117 @@ def test_dots_and_meshes_have_a_page_without_residues(tmp_path, blob):
     )  # it knows its atoms
     for source, n in sources:
         html = sparsurf.show(source, open_browser=False).html
-        page = Page(html)
-        assert "this page has no residues" in page.text and header_of(html)["total"] == n
-        far_apart = "This link is longer than the usual" in page.text
-        assert far_apart == (n == n_blob)
-    few = tuple(part[::4] for part in blob)
-    for given in (
-        blob,
-        few,
-    ):  # the link follows the spacing of the dots, and the number is that of the roughness
-        said = Page(sparsurf.show(given, open_browser=False).html).text.replace("\xa0", " ")
-        link = float(re.search(r"dots closer than ([\d.]+) Å are linked", said)[1])
-        assert 1 < link / spacing(given[0]) < 2 and "within 4 Å of a dot" in said
-        mean = sparsurf.roughness(given, d_link=link).mean()
-        shown = re.search(r"([\d,]+) dots and a mean roughness of (\d\.\d\d)", said)
-        assert shown[1] == f"{len(given[0]):,}" and float(shown[2]) == pytest.approx(mean, abs=0.02)
+        page, header = Page(html), header_of(html)
+        assert "this page has no residues" in page.text and (header["minimal"] or header["total"]) == n
+
+
+def mean_roughness(html):
+    """The mean roughness that a page states first."""
+    return float(re.search(r"a mean roughness of (\d\.\d+)", sentence(html))[1])
+
+
+@pytest.fixture(scope="module")
+def written(molecule, tmp_path_factory):
+    """A folder with the dots that touch every atom, in every format that is read again, and the subset."""
+    folder, few = tmp_path_factory.mktemp("few"), sparsurf.minimal(molecule[0], error=0.05)
+    for suffix in ("csv", "npz", "ply", "csv.gz"):
+        few.write(folder / f"few.{suffix}")
+    few.surface.write(folder / "few.dms")
+    return folder, few
+
+
+@pytest.mark.parametrize("suffix", ["csv", "npz", "ply", "csv.gz", "dms"])
+def test_the_page_of_a_file_of_few_dots_has_the_roughness_of_their_surface(
+    molecule, written, suffix, capsys, caplog
+):
+    """Patches of these dots alone would have a mean of 0.99, or of 0.86 with a link that suits their distances."""
+    true, (folder, few) = sparsurf.roughness(molecule[0]), written
+    path = folder / f"few.{suffix}"
+    html = sparsurf.show(path, open_browser=False).html
+    assert mean_roughness(html) == pytest.approx(true.mean(), abs=0.02)
+    assert header_of(html)["minimal"] == len(few) < header_of(html)["total"] / 5
+    assert "reconstructed from them" in sentence(html) and "reconstructed from them" in caplog.text
+    row = next(row for row in Page(html).rows if row[0] == "roughness")
+    assert float(row[2]) == pytest.approx(true.mean(), abs=0.02)
+    caplog.clear()
+    values = sparsurf.roughness(path)
+    assert np.abs(values - true[few.dots]).mean() < 0.03 and "reconstructed from them" in caplog.text
+    assert np.corrcoef(values, true[few.dots])[0, 1] > 0.9
+    out = folder / "out.csv"
+    assert ended("roughness", path, "-o", out) == 0 and "reconstructed from them" in capsys.readouterr().err
+    assert pd.read_csv(out)["roughness"].to_numpy() == pytest.approx(values, abs=1e-3)
+
+
+def test_every_page_and_table_of_a_subset_has_the_roughness_of_the_whole_surface(molecule, written, tmp_path):
+    (dots, table, _), (folder, few) = molecule, written
+    true = sparsurf.roughness(dots)
+    few.write(tmp_path / "few.html")
+    pages = [few.show(tmp_path / "x.html").html, (tmp_path / "few.html").read_text()]
+    pages += [sparsurf.show(few.surface, open_browser=False).html]
+    assert [mean_roughness(html) for html in pages] == pytest.approx(3 * [true.mean()], abs=0.006)
+    assert (sparsurf.roughness(few) == true[few.dots]).all()
+    for of_few, least in (
+        (sparsurf.residues(few), 1),
+        (sparsurf.residues(folder / "few.npz", TDP43), 0.85),  # reconstructed
+    ):
+        known = of_few["mean_roughness"].notna() & table["mean_roughness"].notna()
+        pair = of_few["mean_roughness"][known], table["mean_roughness"][known]
+        assert known.sum() > 50 and np.corrcoef(*pair)[0, 1] > least - 1e-9
+        assert (pair[0] - pair[1]).abs().mean() < 0.03
+
+
+def test_random_dots_are_few_where_their_patches_fall_apart_though_their_neighbours_are_near(tmp_path):
+    """Half of the dots have a neighbour within 0.3 Å, and by patches of these dots alone the mean is 0.8."""
+    path = tmp_path / "part.pdb"
+    sparsurf.read_molecule(TDP43, residues="217-230").write_pdb(path)
+    dense = sparsurf.surface(path, density=40)
+    alone = sparsurf.Surface(dense.points, dense.normals)
+    true = sparsurf.roughness(alone).mean()
+    few = alone[np.sort(np.random.default_rng(0).choice(len(dense), len(dense) // 10, replace=False))]
+    assert 1.3 * spacing(few.points) < 0.5
+    assert sparsurf.roughness(few).mean() == pytest.approx(true, abs=0.02)
+    assert mean_roughness(sparsurf.show(few, open_browser=False).html) == pytest.approx(true, abs=0.02)
+
+
+def test_dots_placed_sparsely_have_the_roughness_of_the_surface_of_their_atoms():
+    sparse = sparsurf.surface(TDP43, density=1)
+    true = sparsurf.roughness(TDP43)
+    assert mean_roughness(sparsurf.show(sparse, open_browser=False).html) == pytest.approx(
+        true.mean(), abs=0.006
+    )
+    near = sparsurf.residues(sparse)["mean_roughness"], sparsurf.residues(TDP43)["mean_roughness"]
+    assert near[0].notna().sum() > 50 and np.nanmax(np.abs(near[0] - near[1])) < 1e-9
+    assert np.abs(sparsurf.roughness(sparse).mean() - true.mean()) < 0.03
+
+
+@pytest.mark.parametrize(
+    ("n", "reason"), [(2, "at least 12 dots"), (11, "at least 12 dots"), (60, "too few")]
+)
+def test_dots_that_are_too_few_have_a_page_without_roughness(molecule, tmp_path, capsys, n, reason):
+    alone = sparsurf.minimal((molecule[0].points, molecule[0].normals), n_dots=n)
+    alone.write(tmp_path / "few.csv")
+    assert ended("show", tmp_path / "few.csv", "--no-open", "-o", tmp_path / "few.html") == 0
+    said = capsys.readouterr().err
+    html = (tmp_path / "few.html").read_text()
+    header = header_of(html)
+    assert header["total"] == n and [scale["symbol"] for scale in header["values"]] == []
+    assert "paper" not in header["samplers"] and "nan" not in html.split("PACKED")[0]
+    assert "mean roughness" not in Page(html).text and reason in sentence(html) and reason in said
+    with pytest.raises(InputError, match=reason):
+        sparsurf.roughness(tmp_path / "few.csv")
+    values = np.arange(n)
+    shown = header_of(alone.surface.show(values, path=tmp_path / "x.html").html)
+    assert [scale["symbol"] for scale in shown["values"]] == ["value"] and shown["colour"] == 0
+
+
+def test_a_table_of_frames_is_told_what_it_is(tmp_path, capsys):
+    (tmp_path / "two.pdb").write_text(two_models())
+    assert ended("frames", tmp_path / "two.pdb", "-o", tmp_path / "run.csv") == 0
+    for name, what in (("run.csv", "residues in each frame"), ("run_frames.csv", "frames")):
+        capsys.readouterr()
+        assert ended("show", tmp_path / name, "--no-open", "-o", tmp_path / "x.html") == 1
+        said = capsys.readouterr().err
+        assert f"a table of the {what} of a trajectory" in said and "--trajectory" in said
 
 
 def test_a_page_says_the_probe_and_the_parts_of_its_surface(tmp_path):
@@ -529,7 +625,7 @@ def test_every_way_to_a_page_tells_the_same_area_and_the_same_roughest_residue(t
         assert "area" not in found
 
 
-def test_all_tables_of_residues_name_the_same_roughest(molecule, subset, caplog):
+def test_all_tables_of_residues_name_the_same_roughest(molecule, subset):
     dots, table, _ = molecule
     rough = table["mean_roughness"]
     half = dots[dots.points[:, 0] > dots.points[:, 0].mean()]
@@ -537,12 +633,10 @@ def test_all_tables_of_residues_name_the_same_roughest(molecule, subset, caplog)
         of_part = sparsurf.residues(part)["mean_roughness"]
         assert of_part.notna().sum() > 20 and np.array_equal(of_part[of_part.notna()], rough[of_part.notna()])
     assert sparsurf.residues(subset)["area"].sum() == pytest.approx(dots.area.sum())
-    with caplog.at_level(logging.WARNING):
-        few = sparsurf.residues(sparsurf.mesh(TDP43, n_vertices=300).vertices)
-    assert few["mean_roughness"].isna().all() and few["area"].sum() > 3000
-    assert caplog.messages == [
-        "residues: the 300 dots are too far apart for patches, so the columns of the roughness are empty"
-    ]
+    few = sparsurf.residues(sparsurf.mesh(TDP43, n_vertices=300).vertices)
+    known = few["mean_roughness"].notna()
+    assert known.sum() > 40 and (few["mean_roughness"][known] == rough[known]).all()
+    assert few["area"].sum() > 3000
 
 
 def test_areas_of_an_older_file_of_a_subset_are_left_out(molecule, subset, tmp_path, caplog):

@@ -17,7 +17,7 @@ import pytest
 import sparsurf
 from peptides import peptide, write
 from sparsurf import Surface
-from sparsurf.api import views
+from sparsurf.api import show
 from sparsurf.errors import InputError
 from sparsurf.recovery.errors import distance_to_recovered
 from sparsurf.surfaces.formats.ply import KIND_COLOURS, ROUGHNESS_LIMITS
@@ -88,7 +88,7 @@ def test_a_notebook_shows_the_page_of_a_surface_and_a_picture_of_a_large_one(blo
     )
     assert page.startswith("<!doctype html>") and "Surface of 3,000 dots" in page
     assert "index.html" not in page  # no link that leads nowhere
-    monkeypatch.setattr(views, "MAX_DOTS_IN_NOTEBOOK", 2999)
+    monkeypatch.setattr(show, "MAX_DOTS_IN_NOTEBOOK", 2999)
     picture = re.fullmatch(
         r'<p>Surface of 3,000 dots</p><img alt="[^"]*" src="data:image/png;base64,(.*)">', dots._repr_html_()
     )
@@ -103,7 +103,8 @@ def test_show_opens_the_browser_outside_of_a_notebook(blob, tmp_path, monkeypatc
     view.save(tmp_path / "view.html")
     path = Path(opened[0].removeprefix("file://"))
     assert path.read_text() == view.html == (tmp_path / "view.html").read_text()
-    assert re.fullmatch(r"View of 0\.\d MB; save\(\) writes it as a page", repr(view)) and not caplog.text
+    assert re.fullmatch(r"View of 0\.\d MB; save\(\) writes it as a page", repr(view))
+    assert "there is no browser" not in caplog.text
     dots.show()
     assert "there is no browser; open /" in caplog.text
     jupyter = SimpleNamespace(get_ipython=lambda: SimpleNamespace(kernel=None))
@@ -117,21 +118,32 @@ def header_of(html):
     return json.loads(content[4 : 4 + int.from_bytes(content[:4], "little")])
 
 
-def test_a_view_opens_with_its_values_and_has_the_fields_and_residues(tmp_path):
+def test_a_view_opens_with_its_values_and_is_that_of_show(tmp_path, monkeypatch):
+    """Of dots with a molecule, of dots alone, and of the kept dots of a subset, where the other dots have no value."""
+    monkeypatch.setattr(webbrowser, "open", lambda link: True)
     (tmp_path / "ala.pdb").write_text(peptide() + "END\n")
     dots = sparsurf.surface(tmp_path / "ala.pdb")
     dots = replace(dots, fields={"score": np.arange(len(dots)) / 8})
-    values = dots.points[:, 0]
-    for given, colour, shown in ((values, 1, ["R_i", "value", "score"]), (None, "kind", ["R_i", "score"])):
-        header = header_of(views.page_of_dots(dots, given))
-        assert (header["sampler"], header["colour"], header["total"]) == ("all", colour, len(dots))
-        assert [scale["symbol"] for scale in header["values"]] == shown
-        ends = {scale["symbol"]: (scale["low"], scale["high"]) for scale in header["values"]}
-        assert ends["score"] == (0, (len(dots) - 1) / 8)
-        assert given is None or ends["value"] == pytest.approx((values.min(), values.max()))
-        assert header["residues"] == [f"{name} A" for name in ("ALA 1", "ALA 2", "ALA 3", "ALA 4")]
-    unknown = replace(dots, kind=np.full(len(dots), -1), atom=np.full(len(dots), -1), fields={}, origin=None)
-    assert header_of(views.page_of_dots(unknown, None))["colour"] == 0
+    alone = Surface(dots.points, dots.normals, fields=dots.fields)
+    few = sparsurf.minimal(dots, n_dots=100)
+    for result in (dots, alone, few):
+        assert result.show(tmp_path / "x.html").html == sparsurf.show(result, open_browser=False).html
+    assert "The 4 roughest residues" in dots.show(tmp_path / "x.html").html
+    of_corners, of_dots = "corners", "values"
+    cases = (dots, of_corners, "corner 1", "all"), (alone, of_dots, 1, "all"), (few, of_dots, 1, "minimal")
+    for result, place, colour, opens in cases:
+        values = few.points[:, 0] if result is few else dots.points[:, 0]
+        header = header_of(result.show(values, path=tmp_path / "x.html").html)
+        assert header["colour"] == colour and header.get("sampler", "all") == opens
+        scales = {scale["symbol"]: scale for scale in header[place]}
+        assert [*scales][:2] == ["R_i", "value"] and "value" not in {
+            scale["symbol"] for scale in header_of(result.show(tmp_path / "x.html").html)[place]
+        }
+        assert (scales["value"]["low"], scales["value"]["high"]) == pytest.approx(
+            (values.min(), values.max())
+        )
+        if result is not few:
+            assert (scales["score"]["low"], scales["score"]["high"]) == (0, (len(dots) - 1) / 8)
 
 
 def test_all_results_share_one_interface(tmp_path, monkeypatch):

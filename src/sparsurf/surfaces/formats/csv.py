@@ -112,10 +112,15 @@ def _columns(
     text = _without_empty_cells(text)
     table, header = _parse_table(text, n_skipped)
     table.columns = pd.Index([name.lower() for name in header])
+    if list(table.columns).count("frame") == 1 and not {"x", "y", "z"} & {*table.columns}:
+        rows = "residues in each frame" if "residue" in table else "frames"
+        raise InputError(
+            f"{FILE} is a table of the {rows} of a trajectory, as `sparsurf frames` writes it, and holds no dots: give the "
+            "structure, and the trajectory with --trajectory (in Python, trajectory=...)."
+        )
     if names == COLUMNS_OF_DOTS and list(table.columns).count("frame") == 1 and table["frame"].nunique() > 1:
         raise InputError(
-            f"{FILE} holds the dots of {table['frame'].nunique()} frames: give those of one, "
-            "such as a file that -o dots_{frame}.csv writes."
+            f"{FILE} holds the dots of {table['frame'].nunique()} frames: keep the rows of one frame alone."
         )
     wrong = [name for name in names if list(table.columns).count(name) != 1]
     if wrong:

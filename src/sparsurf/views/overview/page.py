@@ -12,7 +12,6 @@ import numpy as np
 import pandas as pd
 
 from sparsurf.dot_fields.registry import label_and_unit
-from sparsurf.patches.index import D_LINK
 from sparsurf.surfaces.components import COMPONENT_FIELD
 from sparsurf.surfaces.formats.ply import ROUGHNESS_LIMITS
 from sparsurf.version import __version__
@@ -84,6 +83,9 @@ def overview(
     probe: float | None = None,
     extent: Extent = NO_EXTENT,
     links: Sequence[tuple[str, str]] = (),
+    mean: float | None = None,
+    reconstructed_from: int = 0,
+    why: str = "",
     drawn: DrawnMolecule | None = None,
     origin: Sequence[tuple[str, str]] = (),
 ) -> str:
@@ -94,21 +96,24 @@ def overview(
     names the residue of each atom, `values` are further values of the dots, and `kept` the dots of a subset. `opens` is as of
     the viewer. `missing` names fields without a value, `counts` tells how large the molecule is, `probe` is its radius, Å,
     `extent` says how much of a surface the dots are, `links` are addresses and words of other pages on the surface, and `origin`
-    says in pairs where the page is from.
+    says in pairs where the page is from. `mean` is the mean roughness of the surface, by default that of the dots, whose
+    roughness is NaN where it is not known. `reconstructed_from` is the number of dots that the surface was reconstructed from,
+    0 if it was not, and `why` says so, or why there is no roughness.
     """
     surface, rough, patches = prepared.surface, prepared.roughness, prepared.patches
     facts = {
         "subset": len(kept), "dots": len(surface), "extent": extent,
-        "mean": float(rough.mean()), "r_patch": patches.r_patch, "d_link": patches.d_link,
-        "sparse": float(f"{patches.d_link:.2g}") > D_LINK,  # as the page shows it
+        "mean": float(rough.mean()) if mean is None else mean, "reconstructed_from": reconstructed_from, "why": why,
+        "r_patch": patches.r_patch, "d_link": patches.d_link,
         "probe": probe,
     }  # fmt: skip
-    shown = [
-        viewer.DotValues("roughness", "R_i", "", rough, "rough", "flat", limits=ROUGHNESS_LIMITS),
-        *values,
-    ]
+    shown = [*values]
+    if has_roughness := bool(np.isfinite(rough).any()):
+        scale = "rough", "flat"
+        shown = [viewer.DotValues("roughness", "R_i", "", rough, *scale, limits=ROUGHNESS_LIMITS), *values]
+    names = ["the roughness"] * has_roughness + [field.name for field in values]
     context = {
-        "title": title, "surface": facts, "names": listed(["the roughness", *[field.name for field in values]]),
+        "title": title, "surface": facts, "names": listed(names or ["the kinds of the dots"]),
         "fields": [_range(field) for field in shown if field.symbol != COMPONENT_FIELD],
         "notes": notes.sentences, "missing": missing,
         "left_out": None if notes.left_out is None else ", ".join(notes.left_out), "counts": counts,
@@ -130,7 +135,7 @@ def overview(
     return viewer.around_dots(
         fill, prepared, {"farthest": order}, residues=labels, values=values, minimal=kept, opens=opens or ("all", 0),
         turn=along_smallest_axis(surface.points),
-        minimal_is="the kept dots",
+        minimal_is="the given dots" if reconstructed_from else "the kept dots",
     )  # fmt: skip
 
 

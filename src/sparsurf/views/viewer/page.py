@@ -45,6 +45,7 @@ SHEET_GRID = 0.7, 2.6  # Å, steps of the finest and the coarsest grid from whic
 SHEET_DENSITY, MIN_SHEET_DOTS = 1.0, 100  # dots per Å^2 from which it is reconstructed, and at least so many
 CORNERS_PER_CELL, MAX_CORNERS = 4.2, 30_000  # corners on an area of a squared step, and of a page
 MAX_SHARE_OF_SHEET = 0.2  # of the bytes of a page
+COVER_COLUMNS = ("ox", "oy", "oz", "centre", "centreR", "size", "pair")  # of `cover_columns`
 KIND_LABELS = ["contact", "saddle", "concave", "unknown kind"]
 N_COLOUR_STOPS = 16  # of viridis, whose brightness is even, so that it reads in grey too
 
@@ -137,10 +138,11 @@ def around_dots(
     """
     surface = prepared.surface
     grid, best = pd.DataFrame(columns=[*PARAMETERS, "n_S_percent"]) if grid is None else grid, best or {}
-    values = [
-        DotValues("roughness R_i", "R_i", "", prepared.roughness, "rough", "flat", limits=ROUGHNESS_LIMITS),
-        *values,
-    ]
+    has_roughness = bool(np.isfinite(prepared.roughness).any())
+    if has_roughness:
+        scale = "rough", "flat"
+        of_dots = DotValues("roughness R_i", "R_i", "", prepared.roughness, *scale, limits=ROUGHNESS_LIMITS)
+        values = [of_dots, *values]
     sheet, max_dots = sheet_columns(prepared, next(iter(orders.values()))), MAX_DOTS
     if len(pack({}, sheet)) > MAX_SHARE_OF_SHEET * MAX_VIEWER_BYTES:
         sheet = {name: values[:0] for name, values in sheet.items()}
@@ -151,10 +153,18 @@ def around_dots(
         header["turn"] = np.round(np.eye(3) if turn is None else turn, 6).ravel().tolist()
         header["sampler"], header["colour"] = opens or (next(iter(header["samplers"])), 0)
         columns = dot_columns(surface, dots, whole, residues, values, header)
+        cover = (
+            cover_columns(surface, dots, prepared.cover)
+            if has_roughness
+            else dict.fromkeys(COVER_COLUMNS, np.empty(0, int))
+        )
+        if not has_roughness:  # which the paper's sampling needs
+            for name in kinds.samplers_of_combinations():
+                header["samplers"].pop(name, None)
         if len(minimal):
             header["samplers"]["minimal"] = minimal_is
             columns["minimal"] = np.isin(dots, minimal).astype(int)
-        text = fill(pack(header, columns | cover_columns(surface, dots, prepared.cover) | sheet))
+        text = fill(pack(header, columns | cover | sheet))
         if len(text.encode()) <= MAX_VIEWER_BYTES:
             return text
         # A little less than in proportion, so that the next attempt mostly fits, and the loop ends
@@ -291,7 +301,7 @@ def dot_columns(
     points = np.round(surface.points[dots] / COORDINATE_STEP).astype(int)
     columns = dict(zip("xyz", points.T, strict=True)) | {"index": dots}
     columns |= dict(zip("uv", flat_normals(surface.normals[dots]).T, strict=True))
-    if (surface.kind >= 0).any():
+    if (surface.kind >= 0).any() or not values:
         columns["kind"] = surface.kind[dots]
     if len(residues) and (surface.atom >= 0).any():
         names, number = np.unique(residues, return_inverse=True)
