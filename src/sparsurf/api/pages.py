@@ -58,7 +58,10 @@ def page_of_surface(
     with heard("show") as of_patches:
         whole = _surface_of_patches(surface, about, patches)
     if whole is not None and surface.origin is None and whole.surface is not surface:
-        surface, about = whole.surface, replace(about, kept=whole.nearest, roughness=None)
+        surface, about = (
+            whole.surface,
+            replace(about, kept=about.kept if len(about.kept) else whole.nearest, roughness=None),
+        )
         values = None if values is None else np.append(values, np.full(len(surface) - len(given), np.nan))
     roughness_of_all, dot_roughness = None, about.roughness
     if whole is None:

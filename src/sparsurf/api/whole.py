@@ -14,7 +14,6 @@ import numpy as np
 
 from sparsurf.api.surfaces import placement_of
 from sparsurf.errors import InputError
-from sparsurf.evaluation.residues import residue_table
 from sparsurf.files import pluralise
 from sparsurf.patches.index import D_LINK, build_index
 from sparsurf.patches.islands import are_fragmented
@@ -82,6 +81,8 @@ class WholeSurface:
 
         The mean over some dots of a residue is another number, and would name another residue as the roughest.
         """
+        from sparsurf.evaluation.residues import residue_table  # here: it loads pandas
+
         whole = residue_table(self.surface, roughness, molecule, cavity=self.cavity)
         has_dots = table["mean_roughness"].notna()
         taken = {name: whole[name].where(has_dots) for name in ("mean_roughness", "most_rough")}

@@ -10,7 +10,8 @@ FORMATS = (*writing.SUFFIXES_OF_NUMBERS, *writing.SCENES, *writing.PAGE_FORMATS)
 EXAMPLES = """\
 Roughness is the mean cosine of the angles between the normals of a patch and their mean: 1 is flat, 0 is rough. A PLY stores it
 as a vertex property and as a colour, and a .pml file opens the dots in these colours in PyMOL. A .html file is the page of
-`sparsurf show`, and a .png file is a picture.
+`sparsurf show`, and a .png file is a picture. Where patches of the dots would be fragmented, as those of a subset, the
+roughness is that of the surface that `sparsurf recover` reconstructs from them.
 
 examples:
   sparsurf roughness protein.pdb -o roughness.ply

@@ -18,7 +18,8 @@ from sparsurf.patches.index import D_LINK
 EXAMPLES = """\
 The page shows the surface, which you can rotate and colour by roughness, fields or the kinds of its dots; the roughness of the
 residues along each chain; the ten roughest residues; and the parts of the structure that were left out. A residue that you click
-or search for is shown on the surface, in the list and in the profile. With --trajectory and without --frame, the page shows at
+or search for is shown on the surface, in the list and in the profile. The page of a few dots, such as minimal.csv, shows the
+surface that `sparsurf recover` reconstructs from them. With --trajectory and without --frame, the page shows at
 most 100 frames with a slider, and which residues change. The page is one file that needs no network. It opens in the browser
 unless --no-open is given or there is no display. Without -o, the page is written into the current folder, under the name of FILE
 with the suffix .html, to which _frames is added for a trajectory, _frame20 for frame 20, and _model3 for model 3.

@@ -218,7 +218,7 @@ def patch(index: PatchIndex, dot: int, radius: float) -> np.ndarray:
 def are_fragmented(
     points: np.ndarray, normals: np.ndarray, d_link: float = D_LINK, radius: float = R_PATCH
 ) -> bool:
-    """Return whether dots (N, 3) are so sparse, or so unevenly spread, that their patches fall into islands.
+    """Return whether patches of dots (N, 3) consist of several islands, as the dots are too sparse or too unevenly spread.
 
     Such patches are too small, and their roughness is too high.
     """

@@ -126,8 +126,9 @@ def overview(
         return render_template(PAGE, data=data, **context)
 
     if drawn is not None and residues is not None:
+        colour = opens[1] if opens else 0
         dots = DotsBelow(
-            shown, surface.kind, drawn.nearest, "kind" if opens and opens[1] == "kind" else "corner 0"
+            shown, surface.kind, drawn.nearest, "kind" if colour == "kind" else f"corner {colour}"
         )
         numbers = [*numbers_of_residues(residues)]
         limit = viewer.MAX_VIEWER_BYTES if links else MAX_EXPLORER_BYTES
@@ -135,7 +136,7 @@ def overview(
     return viewer.around_dots(
         fill, prepared, {"farthest": order}, residues=labels, values=values, minimal=kept, opens=opens or ("all", 0),
         turn=along_smallest_axis(surface.points),
-        minimal_is="the given dots" if reconstructed_from else "the kept dots",
+        minimal_is="the given dots" if len(kept) == reconstructed_from else "the kept dots",
     )  # fmt: skip
 
 
