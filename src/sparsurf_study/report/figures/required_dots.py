@@ -25,7 +25,10 @@ if TYPE_CHECKING:
 WORDS = {INTERPOLANT: "interpolant", SPHERES: "spheres"}  # the models of `recover`
 COLOURS = {INTERPOLANT: layout.PALETTE[1], SPHERES: layout.PALETTE[0]}
 DASHES: dict[bool, Any] = {False: (None, None), True: (4, 2)}  # without hydrogens, and with them
-QUANTITIES = {"mean": "mean error", "high_99": "error of 99 % of the surface"}  # the columns of recovered.csv
+ERRORS_DRAWN = {
+    "mean": "mean error",
+    "high_99": "error of 99 % of the surface",
+}  # the columns of recovered.csv
 SPAN = 0.1, 3.0  # dots per Å^2 at least shown
 DENSITIES = [0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5]  # ticks, dots per Å^2
 DISTANCES = [0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2]  # ticks, Å
@@ -62,8 +65,8 @@ def figure(surfaces: list[dict[Any, Any]], name: str = "") -> Figure:
     density = np.geomspace(max(low, MEASURED_FROM), min(high, MEASURED_TO), 50).clip(
         MEASURED_FROM, MEASURED_TO
     )
-    panels = drawing.subplots(1, len(QUANTITIES), sharey=True)
-    for k, (ax, (column, title)) in enumerate(zip(panels, QUANTITIES.items(), strict=True)):
+    panels = drawing.subplots(1, len(ERRORS_DRAWN), sharey=True)
+    for k, (ax, (column, title)) in enumerate(zip(panels, ERRORS_DRAWN.items(), strict=True)):
         layout.panel_title(ax, "AB"[k], title)
         for sampler, model, hydrogens in MEASURED:
             if sampler == FARTHEST:
