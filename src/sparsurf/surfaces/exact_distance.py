@@ -2,7 +2,7 @@
 
 The surface lies at the probe's radius from all places that the probe's centre can take. So the distance of a point from it is
 the probe's radius minus that to the nearest of these places, which lies on the accessible patch of a sphere of centres, on an arc
-or at a fixed probe of `rolling_probe`.
+or at a fixed probe of `rolling_probe`. A point at such a place itself is as far from the surface as from the nearest sphere.
 """
 
 from __future__ import annotations
@@ -14,7 +14,6 @@ import numpy as np
 
 from sparsurf.kernels import njit
 from sparsurf.surfaces.components import (
-    OPEN,
     EnclosedCentres,
     enclosed_centres,
     is_enclosed,
@@ -62,32 +61,27 @@ def exact_distance(
 
     Returns
     -------
-    (N,) float64, Å: negative inside the surface, down to -`deepest`, which all deeper points get; positive outside, up to the
-    probe's radius, which all points get that the probe's centre can take
+    (N,) float64, Å: positive outside of the surface; negative inside, down to -`deepest`, which all deeper points get
 
     Examples
     --------
     >>> from sparsurf.surfaces.molecular_surface import roll_spheres
     >>> rolled = roll_spheres([[0.0, 0.0, 0.0]], [1.5], probe=1.4)
     >>> exact_distance(np.array([[1.6, 0.0, 0.0], [0.0, 0.5, 0.0], [9.0, 0.0, 0.0]]), rolled).round(6)
-    array([ 0.1, -1. ,  1.4])
+    array([ 0.1, -1. ,  7.5])
     """
     rolling, probe = rolled.rolled.rolling, rolled.rolled.probe
     enclosed = enclosed_centres(rolling) if rolled.cavities == "remove" else no_enclosed_centres(rolling)
     positions = np.asarray(points, float) - rolled.rolled.origin
     cells = sort_into_cells(rolling.atoms.centre, rolling.atoms.reach.max() + probe)
-    is_below = np.empty(len(positions), bool)
+    height = np.empty(len(positions))
     parallel_map(
-        lambda a, b: _write_is_below(positions[a:b], rolling, enclosed, cells, is_below[a:b]),
+        lambda a, b: _write_heights(positions[a:b], rolling, enclosed, cells, height[a:b]),
         len(positions),
         threads,
         POSITIONS_PER_TASK,
     )
-    distance, remaining, depth = (
-        np.full(len(positions), probe),
-        np.flatnonzero(is_below),
-        min(FIRST_DEPTH, deepest),
-    )
+    distance, remaining, depth = probe + height, np.flatnonzero(height < 0), min(FIRST_DEPTH, deepest)
     while len(remaining):
         gap, *_ = nearest_centres(positions[remaining], rolling, enclosed, probe + depth, threads)
         is_deeper = gap >= probe + depth
@@ -99,15 +93,14 @@ def exact_distance(
 
 
 @njit(cache=True, nogil=True)
-def _write_is_below(
-    positions: np.ndarray, rolling: Rolling, enclosed: EnclosedCentres, cells: Cells, is_below: np.ndarray
+def _write_heights(
+    positions: np.ndarray, rolling: Rolling, enclosed: EnclosedCentres, cells: Cells, heights: np.ndarray
 ) -> None:
-    """Write whether no probe from outside can have its centre at each position of a slice.
+    """Write the height of each position of a slice over the spheres of centres, below 0 where no probe's centre can be.
 
     The way from a position in no sphere to the nearest sphere is free, so that the nearest place there tells about cavities.
     """
     centre, reach = rolling.atoms.centre, rolling.atoms.reach
-    has_cavities = np.any(enclosed.atoms != OPEN)
     certain = cells.size - reach.max()  # no sphere outside of the cells around is nearer than this
     for n in range(len(positions)):
         position, nearest, height = point(positions, n), -1, certain
@@ -119,17 +112,18 @@ def _write_is_below(
                 above = math.sqrt(squared_distance(point(centre, k), position)) - reach[k]
                 if above < height:
                     nearest, height = k, above
-        if nearest < 0 and has_cavities:
+        if nearest < 0:
             height = np.inf
             for k in range(len(centre)):
                 above = math.sqrt(squared_distance(point(centre, k), position)) - reach[k]
                 if above < height:
                     nearest, height = k, above
-        is_below[n] = height < 0
-        if height >= 0 and nearest >= 0:
+        heights[n] = height
+        if height >= 0:
             w = subtract(position, point(centre, nearest))
             touching = add_scaled(point(centre, nearest), reach[nearest] / (height + reach[nearest]), w)
-            is_below[n] = is_enclosed(touching, nearest, rolling, enclosed)
+            if is_enclosed(touching, nearest, rolling, enclosed):
+                heights[n] = -1.0
 
 
 def nearest_centres(
