@@ -16,7 +16,7 @@ from sparsurf_study.workflow.jobs import Job
 from measures import rebuilding, recovery
 from measures.molecules import atoms_of, dotted_surface
 from measures.rebuilding import Rebuilder, Simplifier
-from measures.recovery import Truth, angles, nearest, truth
+from measures.recovery import Truth, angles, distances, truth
 from measures.tables import read_tables, write_tables
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.patches.index import build_grid, build_index, select_separated
@@ -150,11 +150,11 @@ def two_sided(
         and of places of the true surface from that of the dots (`back`, ...), Å; `distance`, `distance_99` and `largest`,
         the larger of both; and the mean `angle` of the normals, degrees
     """
-    distance, near = nearest(points, true)
+    near = true.tree.query(points)[1]
     counted = outer[near]
-    gap = distance_to_surface(true.points[outer][::SAMPLE], points, normals, threads)
+    gap = distance_to_surface(true.points[outer][::SAMPLE], points, normals, threads, true.rolled)
     sides = {}
-    for side, values in (("there", distance[counted]), ("back", gap)):
+    for side, values in (("there", distances(points[counted], true)), ("back", gap)):
         sides |= {
             side: values.mean(),
             f"{side}_99": np.quantile(values, TAIL_QUANTILE),

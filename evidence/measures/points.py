@@ -27,15 +27,17 @@ from sparsurf_study.workflow.jobs import Job
 from measures import rebuilding
 from measures.molecules import atoms_of
 from measures.opponents import corner_normals
-from measures.recovery import Truth, angles, nearest
+from measures.recovery import angles
 from measures.tables import read_tables, write_tables
 from sparsurf.errors import InputError
 from sparsurf.recovery.errors import TAIL_QUANTILE
 from sparsurf.surfaces.decimation import sized_mesh
+from sparsurf.surfaces.exact_distance import exact_distance
 from sparsurf.surfaces.mesh import molecular_mesh, widest_step
+from sparsurf.surfaces.molecular_surface import roll_spheres
 from sparsurf.surfaces.radii import PROBE_RADIUS
 
-TRUE_DENSITY = 40.0  # dots per Å^2 of the surface that errors are measured from
+TRUE_DENSITY = 40.0  # dots per Å^2 of the surface, with whose normals those of the points are compared
 LONGEST = 300  # s, of MSMS
 SHORT = 0.3  # of the median side of a mesh
 OF_RUN = ["failed", "reason", "points", "cpu_s", "open", "short", "topology_changed"]
@@ -138,12 +140,11 @@ def measure(name: str, xyz: np.ndarray, radii: np.ndarray, errors: bool, again: 
         row |= {"short": short_sides(points, triangles)}
         row |= {} if fine is None else {"topology_changed": int(euler(triangles) != fine)}
     if errors:
-        dense = sparsurf.surface((xyz, radii), density=TRUE_DENSITY)
-        true = Truth(cKDTree(dense.points), dense.points, dense.normals)
-        distance, near = nearest(points, true)
+        rolled = roll_spheres(xyz, radii, PROBE_RADIUS)
+        dense, distance = rolled.surface(TRUE_DENSITY), np.abs(exact_distance(points, rolled))
         row |= {"density": len(points) / dense.area.sum(), "distance": distance.mean()}
         row |= {"distance_99": np.quantile(distance, TAIL_QUANTILE), "largest": distance.max()}
-        row["angle"] = angles(normals, true.normals[near]).mean()
+        row["angle"] = angles(normals, dense.normals[cKDTree(dense.points).query(points)[1]]).mean()
     if again:
         second = run(xyz, radii)
         row["differs"] = int(

@@ -11,43 +11,40 @@ import sparsurf
 from sparsurf_study.workflow.jobs import Job
 from sparsurf.recovery.readings import comparable_density
 from sparsurf.recovery.reconstructing import reconstruct_twice
-from sparsurf.surfaces.molecular_surface import molecular_surface
+from sparsurf.surfaces.exact_distance import exact_distance
+from sparsurf.surfaces.molecular_surface import RolledFrame, roll_spheres
+from sparsurf.surfaces.radii import PROBE_RADIUS
 from sparsurf.views import layout
 from sparsurf_study.analysis.relation import with_interval
 from sparsurf_study.report.figures import subsets
 
-TRUE_DENSITY = 60.0  # dots per Å^2 of the true surface that errors are measured from
+TRUE_DENSITY = 60.0  # dots per Å^2 of the true surface, at which errors are measured
 
 
 class Truth(NamedTuple):
-    """Very dense dots of a surface, from which errors are measured.
+    """Very dense dots of a surface, and the spheres below it, from which errors are measured.
 
     tree : scipy.spatial.cKDTree of the dots
     points, normals : (D, 3) float64, Å and unit vectors
+    rolled : the spheres, with the probe rolled over them
     """
 
     tree: cKDTree
     points: np.ndarray
     normals: np.ndarray
+    rolled: RolledFrame
 
 
 def truth(xyz: np.ndarray, radii: np.ndarray) -> Truth:
     """Return the truth of a molecule's surface."""
-    dense = molecular_surface(xyz, radii, density=TRUE_DENSITY)
-    return Truth(cKDTree(dense.points), dense.points, dense.normals)
+    rolled = roll_spheres(xyz, radii, PROBE_RADIUS)
+    dense = rolled.surface(TRUE_DENSITY)
+    return Truth(cKDTree(dense.points), dense.points, dense.normals, rolled)
 
 
 def distances(points: np.ndarray, true: Truth) -> np.ndarray:
-    """Return the distance (M,), Å, of every dot from the true surface: along the normal of the nearest dense dot, unless
-    that one lies farther than dense dots do."""
-    return nearest(points, true)[0]
-
-
-def nearest(points: np.ndarray, true: Truth) -> tuple[np.ndarray, np.ndarray]:
-    """Return the distances of `distances`, and the indices of the nearest dense dots, (M,)."""
-    gap, near = true.tree.query(points)
-    along = np.abs(np.sum((points - true.points[near]) * true.normals[near], axis=1))
-    return np.where(gap > 2 / np.sqrt(TRUE_DENSITY), gap, along), near
+    """Return the exact distance (M,), Å, of every dot from the true surface."""
+    return np.abs(exact_distance(points, true.rolled))
 
 
 def angles(normals: np.ndarray, others: np.ndarray) -> np.ndarray:

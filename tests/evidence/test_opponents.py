@@ -100,7 +100,7 @@ def test_bytes_and_errors():
     assert rows.loc[opponents.UNIFORM, "distance"] > kept["distance"]
     assert corners["distance"] < mesh["distance"]  # moved onto the surface, with its normals
     assert rows.loc[opponents.ATOMS, "percent"] == pytest.approx(300 / len(surface))
-    assert rows.loc[opponents.ATOMS, "bytes"] == 48 and rows.loc[opponents.ATOMS, "distance"] < 0.01
+    assert rows.loc[opponents.ATOMS, "bytes"] == 48 and rows.loc[opponents.ATOMS, "distance"] < 1e-6
     few = opponents.measure("no mesh", ATOMS, RADII, None, {}, 40, (100 * 30.6 / len(surface),))
     few = few.set_index("sampler")
     assert opponents.MESH not in few.index and few.loc[opponents.KEPT, "n_S"] == 31
