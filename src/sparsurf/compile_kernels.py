@@ -47,7 +47,9 @@ def compile_surfaces() -> None:
     from sparsurf.patches.index import build_index
     from sparsurf.recovery.errors import curvature
     from sparsurf.recovery.spheres.rebuilding import rebuild
-    from sparsurf.surfaces.molecular_surface import molecular_surface
+    from sparsurf.surfaces.exact_distance import exact_distance
+    from sparsurf.surfaces.molecular_surface import molecular_surface, roll_spheres
+    from sparsurf.surfaces.radii import PROBE_RADIUS
     from sparsurf.views import render
 
     run(SURFACES)
@@ -56,6 +58,7 @@ def compile_surfaces() -> None:
     dots = molecular_surface(*helix())
     rebuild(dots.points, dots.normals)
     curvature(build_index(points, normals))
+    exact_distance(points, roll_spheres(*helix(), PROBE_RADIUS))
     camera = render.aim(points, np.eye(3), (20, 20))  # as for pictures, which need matplotlib
     render.picture(render.draw_surface(points, normals, (0.5, 0.5, 0.5), camera))
 
