@@ -2,6 +2,7 @@
 
 import os
 import re
+import sys
 from pathlib import Path
 
 from docutils import nodes
@@ -9,6 +10,9 @@ from docutils.utils.math.latex2mathml import tex2mathml
 from sphinx.util.logging import getLogger
 from sphinx_gallery.sorting import ExplicitOrder
 
+sys.path.insert(0, str(Path(__file__).parent))
+
+import reference
 import sparsurf
 from sparsurf import compile_kernels
 
@@ -86,22 +90,28 @@ def _uncover(app, name, source):
 
 
 # Pages of the repository that the book shows as well; Sphinx reads only what lies in docs/
-OUTSIDE = {"CONTRIBUTING.md": "_outside/contributing.md", "evidence/README.md": "_outside/evidence.md"}
+OUTSIDE = {
+    "CONTRIBUTING.md": "_outside/contributing.md",
+    "evidence/README.md": "_outside/evidence.md",
+    "results/README.md": "_outside/outputs.md",
+}
 
 
-def _copy_pages(app):
-    """Copy the pages that lie outside of docs/ into a folder that git ignores."""
+def _write_pages(app):
+    """Write the pages that are not stored in docs/ into a folder that git ignores."""
     docs = Path(app.srcdir)
-    for path, copy in OUTSIDE.items():
-        (docs / copy).parent.mkdir(exist_ok=True)
-        text = (docs.parent / path).read_text(encoding="utf-8")
-        (docs / copy).write_text(text.replace("](docs/", "](../"), encoding="utf-8")
+    pages = {copy: (docs.parent / path).read_text(encoding="utf-8") for path, copy in OUTSIDE.items()}
+    pages["_outside/outputs.md"] += f"\n## Columns of every table\n\n{''.join(reference.columns())}"
+    pages["_outside/commands.md"] = reference.commands_and_formats()
+    (docs / "_outside").mkdir(exist_ok=True)
+    for path, text in pages.items():
+        (docs / path).write_text(text.replace("](docs/", "](../"), encoding="utf-8")
 
 
 def setup(app):
     """Formulas as MathML, which browsers draw without a script; what pages hold for the book alone."""
     app.add_html_math_renderer("mathml", inline_renderers=_formula(False), block_renderers=_formula(True))
-    app.connect("builder-inited", _copy_pages)
+    app.connect("builder-inited", _write_pages)
     app.connect("source-read", _uncover)
     for compile_part in compile_kernels.PARTS.values():  # once, so that no script of the gallery pays for it
         compile_part()

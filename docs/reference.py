@@ -1,9 +1,9 @@
-"""The parts of the reference that are written from the code: functions, commands, files of a run, and columns.
+"""The parts of the reference that are written from the code.
 
-`<!-- generated: functions sample compare -->` and `<!-- end -->` enclose such a part of a page.
+`<!-- generated: odd_files refused -->` and `<!-- end -->` enclose such a part of a stored page. Commands, formats and columns
+stand only in the book.
 """
 
-import inspect
 import re
 import textwrap
 from argparse import Action
@@ -12,7 +12,6 @@ from pathlib import Path
 
 import yaml
 
-import sparsurf
 import sparsurf_study.columns
 from sparsurf import kinds
 from sparsurf.cli import command
@@ -21,23 +20,6 @@ from sparsurf_study import catalogue
 PLACE = re.compile(
     r"(?P<mark><!-- generated: (?P<name>\w+)(?P<words>(?: \w+)*) -->\n).*?(?P<end><!-- end -->)", re.S
 )
-
-
-def functions(*names: str) -> Iterator[str]:
-    """A line for each function or class: its signature without types, and the first sentence of its documentation."""
-    for name in names:
-        public = getattr(sparsurf, name)
-        sentence = re.split(r"(?<=\.)\s", " ".join(inspect.getdoc(public).split("\n\n")[0].split()))[0]
-        yield f"- `{name}{_signature(public) if inspect.isfunction(public) else ''}`: {sentence}\n"
-
-
-def _signature(function: object) -> str:
-    """The parameters of a function with their defaults, without types."""
-    signature = inspect.signature(function)
-    plain = [
-        parameter.replace(annotation=inspect.Parameter.empty) for parameter in signature.parameters.values()
-    ]
-    return str(inspect.Signature(plain))
 
 
 def commands() -> Iterator[str]:
@@ -95,12 +77,6 @@ def outputs() -> Iterator[str]:
     yield "\n"
 
 
-def files() -> Iterator[str]:
-    """The sections of results/README.md, one level lower."""
-    text = (Path(__file__).parent.parent / "results" / "README.md").read_text(encoding="utf-8")
-    yield re.sub(r"(?m)^#", "##", re.sub(r"<!--.*?-->\n", "", text))
-
-
 def columns() -> Iterator[str]:
     """A section for each table of a run or command: what a row is, and its columns."""
     for key, table in sparsurf_study.columns.tables().items():
@@ -139,12 +115,9 @@ def renewed(text: str) -> str:
     )
 
 
-PARTS = {
-    "functions": functions,
-    "commands": commands,
-    "outputs": outputs,
-    "files": files,
-    "columns": columns,
-    "odd_files": odd_files,
-    "formats": formats,
-}
+PARTS = {"outputs": outputs, "odd_files": odd_files}
+
+
+def commands_and_formats() -> str:
+    """Return the page of the commands and of the formats that they read and write."""
+    return f"# Commands\n\n{''.join(commands())}## Formats of files\n\n{''.join(formats())}"

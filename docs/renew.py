@@ -1,4 +1,4 @@
-"""Renew what the pages take from elsewhere: numbers of evidence/tables, and lists of functions, commands, outputs and columns.
+"""Renew what the pages take from elsewhere: numbers of evidence/tables, and the lists of outputs and of odd files.
 
 The captions of Snakemake's report are files, as it reads nothing else; they are renewed from the catalogue of outputs as well.
 """
@@ -11,19 +11,15 @@ import table_numbers
 from sparsurf_study import catalogue
 
 ROOT = Path(__file__).parent.parent
-OUTPUTS = ROOT / "results" / "README.md"
-# docs/reference/outputs.md repeats the list of outputs, which is therefore renewed before it
-PAGES = [
-    OUTPUTS,
-    *sorted(
-        [
-            ROOT / "README.md",
-            ROOT / "evidence" / "README.md",
-            *ROOT.glob("docs/*.md"),
-            *ROOT.glob("docs/reference/*.md"),
-        ]
-    ),
-]
+PAGES = sorted(
+    [
+        ROOT / "README.md",
+        ROOT / "evidence" / "README.md",
+        ROOT / "results" / "README.md",
+        *ROOT.glob("docs/*.md"),
+        *ROOT.glob("docs/reference/*.md"),
+    ]
+)
 CAPTIONS = ROOT / "src" / "sparsurf_study" / "report" / "captions"
 
 

@@ -7,9 +7,7 @@ from pathlib import Path
 import pytest
 from markdown_it import MarkdownIt
 
-import reference
 import renew
-import sparsurf
 import table_numbers
 from conftest import ROOT
 from parsed_pages import Page
@@ -70,17 +68,6 @@ def test_every_link_and_picture_of_a_page_is_a_file_of_the_repository(page: Path
         assert target.exists() and not {"_gallery", "_build"} & {*target.parts}, link
         if anchor and target.suffix == ".md":
             assert urllib.parse.unquote(anchor) in headings(target), link
-
-
-def test_every_function_is_listed_with_its_signature_and_first_sentence() -> None:
-    text = (ROOT / "docs" / "reference" / "functions.md").read_text(encoding="utf-8")
-    names = [name for part in reference.PLACE.finditer(text) for name in part["words"].split()]
-    assert {*names} == {*sparsurf.FUNCTIONS, *sparsurf.CLASSES, "InputError"} and len(names) == len({*names})
-    assert "- `read_surface(path)`: Read the dots of a surface from a file.\n" in text
-    assert (
-        "- `prepare(surface, *, r_patch=4.0, r_zernike=6.0, d_link=0.5, seed=20261120, roughness='published', "
-        in text
-    )
 
 
 @pytest.fixture

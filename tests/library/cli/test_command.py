@@ -127,15 +127,18 @@ def test_every_sentence_about_formats_names_each_that_is_read(folder, capsys):
     """By the last word of its label, such as the CARD of CHARMM."""
     ended("surface", folder / "dots.csv", "-o", "-")
     refusal, texts = capsys.readouterr().err, []
-    for path in ("docs/reference/commands.md", "docs/trajectory.md", "docs/reference/config.md"):
+    for path in ("docs/trajectory.md", "docs/reference/config.md"):
         texts.append((ROOT / path).read_text(encoding="utf-8"))
+    texts.append(
+        "".join(command.build_parser(name)[-1].format_help() for name in command.COMMANDS) + command.EPILOG
+    )
     texts.append(sparsurf.read_molecule.__doc__)
     for entry in (entry for entry in MOLECULE_FORMATS.values() if entry.atoms or entry.places):
         word = re.compile(rf"\b{entry.label.split()[-1]}\b")
         assert all(word.search(text) for text in texts), entry.label
         assert word.search(refusal) or not entry.atoms, entry.label
     for suffix in kinds.suffixes("dots", is_read=True):
-        assert suffix in command.EPILOG and suffix in texts[2]
+        assert suffix in command.EPILOG and suffix in texts[1]
 
 
 @pytest.mark.parametrize("name", [None, *command.COMMANDS])
