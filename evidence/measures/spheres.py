@@ -65,12 +65,12 @@ def errors_of(
         few = trials[sampler].few(dots)
         for model in models:
             density = DENSITY_FOR_ERRORS if model == INTERPOLANT else DENSITY_FOR_SPHERES
-            points, normals, share = reconstruct(few, density, model if model == INTERPOLANT else AUTO)
+            found = reconstruct(few, density, model if model == INTERPOLANT else AUTO)
             row = {"sampler": sampler, "model": model, "requested": requested}
-            row |= {"density": len(dots) / prepared.area, "share": share}
+            row |= {"density": len(dots) / prepared.area, "share": found.share}
             if true_shape is not None:
-                row |= compared(shape_of(points, normals), true_shape)
-            yield row | errors_both_ways((test.points, test.normals), points, normals, true)
+                row |= compared(shape_of(found.points, found.normals), true_shape)
+            yield row | errors_both_ways((test.points, test.normals), found.points, found.normals, true)
 
     for density in densities:
         dots = trials[FARTHEST].draw(round(density * prepared.area))

@@ -54,10 +54,10 @@ def z_of_descriptors(
     density = comparable_density(prepared.density)
 
     def row(sampler: str, model: str, requested: float | str, few: Surface) -> dict:
-        points, normals, _ = reconstruct(few, density, model if model == INTERPOLANT else AUTO)
+        found = reconstruct(few, density, model if model == INTERPOLANT else AUTO)
         rng = prepared.stream("spheres", "thinned")
-        kept = farthest_point_sampling(build_grid(points), min(len(points), len(surface)), rng)
-        z = recovered_z(prepared, Surface(points[kept], normals[kept]), tests)
+        kept = farthest_point_sampling(build_grid(found.points), min(len(found.points), len(surface)), rng)
+        z = recovered_z(prepared, Surface(found.points[kept], found.normals[kept]), tests)
         known = {"sampler": sampler, "model": model, "requested": requested}
         of_kept = {"density": len(few) / prepared.area, "compared": len(kept) / prepared.area}
         return known | of_kept | z

@@ -235,8 +235,8 @@ def recover(
 ) -> Surface:
     """Reconstruct a dense surface from a few dots with normals; nothing else of the molecule is needed.
 
-    The atoms that the dots lie on are inferred from them (see `infer_atoms`). Between dots that agree with the inferred atoms,
-    the surface is that of the atoms; elsewhere it is interpolated.
+    The atoms that the dots lie on are inferred from them (see `infer_atoms`). The surface is the one that a probe rolls over
+    these atoms, kept out by the dots that no atom explains; where dots do not lie on atoms, it is interpolated.
 
     Parameters
     ----------
@@ -244,22 +244,22 @@ def recover(
         The few dots, such as those from `minimal` or `points`, a file of them, or (n, 3) arrays in Å. Atoms from `surface_atoms`
         determine the surface exactly, and dots are placed on them as by `surface`; `reach`, `steps` and `model` are about dots.
     density : float
-        Dots per Å^2 of the reconstructed surface (default 5.35).
+        Dots per Å^2 of the reconstructed surface (default 5.35). Where it is interpolated, it has up to a third more.
     reach : float
-        How far the surface extends around a dot, in units of the local spacing of the dots (default 1). A reach of 2 closes
-        holes between unevenly spread dots; larger values place dots where there is no surface.
+        How far an interpolated surface extends around a dot, in units of the local spacing of the dots (default 1). A reach of
+        2 closes holes between unevenly spread dots; larger values place dots where there is no surface.
     steps : int
         Largest number of Newton steps that move a new dot onto the surface (default 4).
     model : {'auto', 'interpolant', 'spheres'}
-        'auto' (default) uses the inferred atoms for each part of the surface whose dots agree with them, and the interpolant
-        elsewhere, or the model that a file of dots names; it is the interpolant alone for fewer than 100 dots, dots with noise,
+        'auto' (default) uses the inferred atoms if they explain the dots, and the interpolant elsewhere, or the model that a
+        file of dots names; it is the interpolant alone for fewer than 100 dots, dots with noise,
         and surfaces of another kind. 'interpolant' never infers atoms. 'spheres' refuses dots of which fewer than half lie on
         the inferred atoms.
 
     Returns
     -------
     Surface
-        The few dots, unchanged, followed by the new dots between them, with interpolated normals and fields.
+        The few dots, unchanged, followed by the new dots between them, with normals, areas and interpolated fields.
 
     Raises
     ------
@@ -298,11 +298,11 @@ def recover_with_share(
     density, reach = DENSITIES.check(density, "density"), REACHES.check(reach, "reach")
     steps, kept = STEPS_LIMITS.check(steps, "steps"), as_dots(few)
     check_choice(model, MODELS, "model")
-    points, normals, share = reconstruct(kept, density, model, reach, steps, available_cores())
+    found = reconstruct(kept, density, model, reach, steps, available_cores())
     fields = fields_without_component(kept)
-    between = interpolate_fields(kept.points, fields, points[len(kept) :])
+    between = interpolate_fields(kept.points, fields, found.points[len(kept) :])
     fields = {name: np.concatenate([fields[name], values]) for name, values in between.items()}
-    return Surface(points, normals, fields=fields), share
+    return Surface(found.points, found.normals, found.area, fields=fields), found.share
 
 
 def _linked_dots(source: SurfaceLike, d_link: float) -> Surface:

@@ -335,7 +335,7 @@ def _reconstructed_mesh(
     fineness = (GRID_STEP / (size.step or GRID_STEP)) ** 2
     density = max(PUBLISHED_DENSITY * max(1.0, fineness), size.density or 0.0)
     threads = available_cores()
-    dense, outward, _ = reconstruct(
+    dense, outward, *_ = reconstruct(
         few, density, model, REACH if reach is None else reach, NEWTON_STEPS, threads
     )
     made = _sized(partial(mesh_of_dense, dense, outward, threads=threads), size, PROBE_RADIUS)

@@ -22,8 +22,8 @@ from sparsurf.version import __version__
 if TYPE_CHECKING:
     import numpy as np
 
-    from sparsurf.surfaces.components import EnclosedCentres
     from sparsurf.surfaces.mesh import Mesh, RolledSpheres
+    from sparsurf.surfaces.rolling_probe import EnclosedCentres
     from sparsurf.surfaces.surface import Surface
 
 MSMS_FAILED, NOT_READ, NO_INPUT = 1, 2, 255  # exit status, as of MSMS

@@ -21,17 +21,17 @@ from sparsurf.patches.index import D_LINK, R_ZERNIKE, build_index
 from sparsurf.recovery.reconstructing import AUTO
 from sparsurf.recovery.recovering import REACH
 from sparsurf.surfaces.read_surface import read_points, read_surface
-from sparsurf.surfaces.spacing import DENSITY, area_of, refuse_sparse
+from sparsurf.surfaces.spacing import DENSITY, refuse_sparse
 from sparsurf.surfaces.surface import Surface
 
 EXAMPLES = """\
 FILE contains a few dots with normals, such as minimal.csv, or the dots of any program. The result contains these dots first and
 then the new dots between them. Other columns of FILE, such as a potential, are interpolated.
 Every dot of a molecular surface lies on a sphere of known radius, and the atoms follow from few dots with their normals. Where
-dots agree with the inferred atoms, the surface is that of the atoms, and elsewhere it is interpolated; --model interpolant never
-infers atoms: with it, 0.6 evenly spread dots per Å^2 give a mean error of about 0.02 Å, 99 % of the surface deviates by less
-than 0.11 Å, and the largest deviation is about 0.5 Å. FILE may name the probe radius, the atomic radii and the model; otherwise
-the dots tell them.
+dots lie on the inferred atoms, the surface is the one that a probe rolls over them, and elsewhere it is interpolated; --model
+interpolant never infers atoms: with it, 0.6 evenly spread dots per Å^2 give a mean error of about 0.02 Å, 99 % of the surface
+deviates by less than 0.11 Å, and the largest deviation is about 0.5 Å. FILE may name the probe radius, the atomic radii and the
+model; otherwise the dots tell them.
 --at writes, instead of dots, the descriptors (|c_nm|, as in `sparsurf descriptors`) of the patches of the dense surface around
 the given points.
 --mesh writes a closed surface of triangles, with --density vertices per Å^2 or the fineness of a --step. For a NAME.vert, they
@@ -59,23 +59,23 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--density",
         type=options.number_within(DENSITIES),
-        help=f"lowest number of dots per Å^2; the result has up to a third more (default {DENSITY:g}); with --mesh, "
-        "the number of vertices per Å^2",
+        help=f"dots per Å^2; up to a third more where the surface is interpolated (default {DENSITY:g}); with --mesh, the number "
+        "of vertices per Å^2",
     )
     options.add_size_of_mesh(parser)
     parser.add_argument(
         "--reach",
         type=options.number_within(REACHES),
         default=REACH,
-        help=f"distance to which the surface extends around a dot, in units of the local spacing (default {REACH:g}; 2 "
-        "closes holes between unevenly spaced dots; larger values add dots where there is no surface)",
+        help=f"distance to which an interpolated surface extends around a dot, in units of the local spacing (default "
+        f"{REACH:g}; 2 closes holes between unevenly spaced dots; larger values add dots where there is no surface)",
     )
     parser.add_argument(
         "--model",
         choices=MODELS,
         default=AUTO,
-        help="auto (default) uses the inferred atoms wherever dots agree with them, interpolant never does, and spheres refuses "
-        "dots that do not lie on spheres",
+        help="auto (default) uses the inferred atoms if they explain the dots, interpolant never does, and spheres "
+        "refuses dots that do not lie on spheres",
     )
     parser.add_argument(
         "--at",
@@ -133,12 +133,11 @@ def _is_dms(args: argparse.Namespace) -> bool:
 
 
 def _dense_dots(dense: Surface, n_kept: int, is_dms: bool) -> writing.DotsToWrite:
-    """Return dots whose first ones were kept; in a DMS file they belong to one dummy atom, each with an equal area."""
+    """Return dots whose first ones were kept; in a DMS file they belong to one dummy atom."""
     n = len(dense)
     atom = SimpleNamespace(residue_name=["DOT"], residue=["1"], name=["DOT"], xyz=dense.points[None, :1])
     if is_dms:  # a format without empty columns
-        area = np.full(n, area_of(dense)[0] / n)
-        dense = Surface(dense.points, dense.normals, area, np.zeros(n), np.zeros(n))
+        dense = Surface(dense.points, dense.normals, dense.area, np.zeros(n), np.zeros(n))
     kept = pd.DataFrame({"kept": (np.arange(n) < n_kept).astype(int)})
     return writing.DotsToWrite(dense, kept, "kept", atom if is_dms else None)
 

@@ -13,7 +13,7 @@ from sparsurf.errors import InputError
 from sparsurf.files import pluralise
 from sparsurf.recovery.errors import DENSITY_FOR_ERRORS, distance_to_surface
 from sparsurf.recovery.recovering import MIN_INTERPOLATED, NEWTON_STEPS, REACH, interpolate_surface
-from sparsurf.recovery.spheres.rebuilding import rebuild_at
+from sparsurf.recovery.spheres.rebuilding import Rebuilt, rebuild_at
 from sparsurf.recovery.spheres.votes import MIN_DOTS
 from sparsurf.surfaces.molecular_surface import RolledFrame
 from sparsurf.surfaces.spacing import DENSITY
@@ -23,7 +23,7 @@ log = logging.getLogger("sparsurf")
 
 MIN_SHARE = 0.5  # of the dots on spheres of inferred atoms, where the spheres are asked for
 # Dots per Å^2 of the surface from which the errors of spheres are measured, which are smaller than those of the interpolant
-DENSITY_FOR_SPHERES = 30.0
+DENSITY_FOR_SPHERES = 40.0
 
 
 def reconstruct(
@@ -33,8 +33,8 @@ def reconstruct(
     reach: float = REACH,
     steps: int = NEWTON_STEPS,
     threads: int = 1,
-) -> tuple[np.ndarray, np.ndarray, float]:
-    """Reconstruct the surface of few dots: points and normals, the dots first, and the share of the dots on inferred spheres.
+) -> Rebuilt:
+    """Reconstruct the surface of few dots, with the dots first.
 
     The model 'auto' is the one that the dots say, or else the spheres where the dots lie on them. Other arguments are those of
     `recovering.interpolate_surface`.
@@ -49,7 +49,7 @@ def reconstruct_at(
     reach: float = REACH,
     steps: int = NEWTON_STEPS,
     threads: int = 1,
-) -> list[tuple[np.ndarray, np.ndarray, float]]:
+) -> list[Rebuilt]:
     """Reconstruct the surface of few dots as `reconstruct` does, at each of several densities."""
     origin = few.reconstruction
     if len(few) < MIN_INTERPOLATED:
@@ -59,7 +59,7 @@ def reconstruct_at(
         )  # fmt: skip
     if model == INTERPOLANT or (model == AUTO and origin is not None and origin.model == INTERPOLANT):
         dots = few.points, few.normals
-        return [(*interpolate_surface(*dots, density, reach, steps, threads), 0.0) for density in densities]
+        return [Rebuilt(*interpolate_surface(*dots, density, reach, steps, threads)) for density in densities]
     probe_and_radii = (None, None) if origin is None else (origin.probe_radius, origin.radii)
     rebuilt = rebuild_at(few.points, few.normals, densities, reach, steps, threads, *probe_and_radii)
     found = rebuilt[0]
@@ -77,7 +77,7 @@ def reconstruct_at(
             "remove its columns probe_radius, radii and model, so that both are inferred.",
             100 * found.share, origin.probe_radius, origin.radii,
         )  # fmt: skip
-    return [(found.points, found.normals, found.share) for found in rebuilt]
+    return rebuilt
 
 
 class Reconstructed(NamedTuple):
@@ -95,13 +95,11 @@ class Reconstructed(NamedTuple):
 def reconstruct_twice(few: Surface, density: float, model: str = AUTO, threads: int = 1) -> Reconstructed:
     """Reconstruct the surface of few dots for its errors, and at `density` dots per Å^2; 'spheres' refuses no dots here."""
     densely, comparable = _densely(few, model, threads, density)
-    used = SPHERES if densely[2] > 0 else INTERPOLANT
+    used = SPHERES if densely.share > 0 else INTERPOLANT
     return Reconstructed(Surface(*densely[:2]), Surface(*comparable[:2]), used)
 
 
-def _densely(
-    few: Surface, model: str, threads: int, *densities: float
-) -> list[tuple[np.ndarray, np.ndarray, float]]:
+def _densely(few: Surface, model: str, threads: int, *densities: float) -> list[Rebuilt]:
     """Reconstruct the surface of few dots so densely that errors are measured from its dots, and at further densities.
 
     Returned is of each what `reconstruct` returns; the model 'spheres' refuses no dots.
@@ -110,7 +108,7 @@ def _densely(
         densities = (DENSITY_FOR_ERRORS, *densities)
         return reconstruct_at(few, densities, INTERPOLANT, threads=threads)
     dense, *further = reconstruct_at(few, (DENSITY_FOR_SPHERES, *densities), AUTO, threads=threads)
-    if dense[2] == 0:
+    if dense.share == 0:
         dense = reconstruct(few, DENSITY_FOR_ERRORS, INTERPOLANT, threads=threads)
     return [dense, *further]
 

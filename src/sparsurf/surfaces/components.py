@@ -19,20 +19,24 @@ from sparsurf.surfaces.dot_placement import RolledProbe, checked_spheres, relati
 from sparsurf.surfaces.radii import PROBE_RADIUS
 from sparsurf.surfaces.rolling_probe import (
     ARC_RADIUS,
+    CLOSED,
     E1,
     E2,
+    MIXED,
+    OPEN,
     PHI_0,
     PHI_1,
+    EnclosedCentres,
     RolledAtoms,
     Rolling,
     T,
     U,
+    arcs_of_atoms,
     blocker,
-    nearest_on_arc,
     roll,
 )
 from sparsurf.surfaces.surface import COMPONENT_FIELD, CONCAVE, SADDLE, Surface
-from sparsurf.surfaces.vectors import Vector, add_scaled, point, squared_distance, vector_at
+from sparsurf.surfaces.vectors import add_scaled, dot, point
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -42,17 +46,6 @@ AT_A_PROBE = 1e-3  # Å, between the centre that a dot's normal points to and th
 MEETING_DISTANCE = 1e-4  # Å; the end of an arc and its fixed probe differ only by rounding
 SORT_DIRECTION = np.array([0.61, 0.53, 0.59])  # in which few positions have the same height
 ROUNDING_OF_ANGLES = 1e-9  # of cosines and angles (rad) on the sphere of an atom, far above their rounding
-OPEN, CLOSED, MIXED = 0, 1, 2  # of an atom: where the probes that touch it lie
-
-
-class EnclosedCentres(NamedTuple):
-    """Which centres of a rolling probe lie in cavities."""
-
-    arcs: np.ndarray  # (B,) bool
-    probes: np.ndarray  # (P,) bool, fixed ones
-    atoms: np.ndarray  # (A,) int8: OPEN, CLOSED, or MIXED where the nearest arc around the atom decides
-    order: np.ndarray  # int64; the arcs around atom a are order[first[a]:first[a + 1]]
-    first: np.ndarray  # (A + 1,) int64
 
 
 def fields_without_component(surface: Surface) -> dict[str, np.ndarray]:
@@ -83,7 +76,7 @@ def components_of_rolled(surface: Surface, rolled: RolledProbe, kept: np.ndarray
     owner = rank[np.searchsorted(kept, surface.atom)]
     joined, meeting = joined_arcs(rolling)
     n_arcs = len(joined)
-    order, first = _arcs_of_atoms(rolling.pair, n_atoms)
+    order, first = arcs_of_atoms(rolling.pair, n_atoms)
     has_arcs = np.flatnonzero(np.diff(first))
     label = n_arcs + rolled.by_position  # by atom; it stays that of a sphere that touches no other
     label[has_arcs] = order[first[has_arcs]]
@@ -159,15 +152,6 @@ def without_cavities(surface: Surface, component: np.ndarray) -> Surface:
     return surface.take(~cavity) if cavity.any() else surface
 
 
-def no_enclosed_centres(rolling: Rolling) -> EnclosedCentres:
-    """Return that no centre lies in a cavity, for a surface that keeps the walls of its cavities."""
-    n_arcs, n_probes, n_atoms = len(rolling.arcs), len(rolling.probes), len(rolling.atoms.centre)
-    states = np.zeros(n_atoms, np.int8)
-    return EnclosedCentres(
-        np.zeros(n_arcs, bool), np.zeros(n_probes, bool), states, *_arcs_of_atoms(rolling.pair, n_atoms)
-    )
-
-
 class LabelledCentres(NamedTuple):
     """The set of centres between which the probe rolls, of each place where it touches atoms."""
 
@@ -201,6 +185,28 @@ def centres_of_cavities(rolling: Rolling) -> list[EnclosedCentres]:
     return [_centres_in(rolling, labels, numbers == number) for number in sets]
 
 
+def centres_apart_from(
+    rolling: Rolling, positions: np.ndarray, start: np.ndarray, touched: np.ndarray
+) -> EnclosedCentres:
+    """Return which centres belong to sets on which none of the positions (n, 3) lies.
+
+    Position k touches the atoms touched[start[k]:start[k + 1]].
+    """
+    labels = label_centres(rolling)
+    n_arcs, n_atoms = len(rolling.arcs), len(rolling.atoms.centre)
+    position = np.repeat(np.arange(len(positions)), np.diff(start))
+    is_apart = np.ones(n_arcs + n_atoms, bool)
+    is_apart[labels.label[touched[~labels.is_mixed[touched]]]] = False
+    doubtful = np.flatnonzero(labels.is_mixed[touched])
+    doubtful = doubtful[np.argsort(touched[doubtful], kind="stable")]
+    for rows in np.split(doubtful, np.flatnonzero(np.diff(touched[doubtful])) + 1) if len(doubtful) else ():
+        atom = touched[rows[0]]
+        arcs = labels.order[labels.first[atom] : labels.first[atom + 1]]
+        nearest = _distances(positions[position[rows]], rolling.arcs[arcs]).argmin(axis=1)
+        is_apart[labels.roots[arcs[nearest]]] = False
+    return _centres_in(rolling, labels, is_apart)
+
+
 def all_other_centres(chosen: EnclosedCentres) -> EnclosedCentres:
     """Return which centres do not lie where `chosen` ones do."""
     atoms = np.where(chosen.atoms == MIXED, MIXED, np.where(chosen.atoms == CLOSED, OPEN, CLOSED))
@@ -224,7 +230,7 @@ def label_centres(rolling: Rolling) -> LabelledCentres:
     """Find the sets of centres between which the probe rolls, and those from which it cannot leave."""
     n_arcs, n_atoms = len(rolling.arcs), len(rolling.atoms.centre)
     joined, meeting = joined_arcs(rolling)
-    order, first = _arcs_of_atoms(rolling.pair, n_atoms)
+    order, first = arcs_of_atoms(rolling.pair, n_atoms)
     has_arcs = np.flatnonzero(np.diff(first))
     mixed = _atoms_of_several_sets(set_of_arcs(joined), order, first, has_arcs)
     for atom in mixed:
@@ -281,8 +287,8 @@ def _nearest_probes(rolling: Rolling, atoms: np.ndarray, centres: np.ndarray) ->
             distance = np.linalg.norm(centres[dots, None] - rolling.probes[candidates], axis=2)
             nearest[dots], gap = candidates[distance.argmin(axis=1)], distance.min(axis=1)
         # where probes overlap, the atom nearest to a dot may be none of the three that its probe touches
-        for dot in dots[gap > AT_A_PROBE].tolist():
-            nearest[dot] = np.linalg.norm(rolling.probes - centres[dot], axis=1).argmin()
+        for lost in dots[gap > AT_A_PROBE].tolist():
+            nearest[lost] = np.linalg.norm(rolling.probes - centres[lost], axis=1).argmin()
     return nearest
 
 
@@ -300,7 +306,7 @@ def analytical_faces(
     owner = np.searchsorted(kept, surface.atom)
     _, meeting = joined_arcs(rolling)
     n_atoms, n_arcs, n_probes = len(xyz), len(rolling.arcs), len(rolling.probes)
-    order, first = _arcs_of_atoms(rolling.pair, n_atoms)
+    order, first = arcs_of_atoms(rolling.pair, n_atoms)
     face = n_probes + 3 * n_arcs + owner  # of a sphere that touches no other
     concave = surface.kind == CONCAVE
     if concave.any():
@@ -393,34 +399,6 @@ def _are_accessible(positions: np.ndarray, atoms: RolledAtoms) -> np.ndarray:
 
 
 @njit(cache=True, nogil=True)
-def is_enclosed(position: Vector, atom: int, rolling: Rolling, enclosed: EnclosedCentres) -> bool:
-    """Return whether an accessible centre that touches an atom lies in a cavity."""
-    if enclosed.atoms[atom] != MIXED:
-        return enclosed.atoms[atom] == CLOSED
-    nearest, best = -1, np.inf
-    for slot in range(enclosed.first[atom], enclosed.first[atom + 1]):
-        arc = enclosed.order[slot]
-        distance = squared_distance_to_arc(position, rolling.arcs[arc])
-        if distance < best:
-            nearest, best = arc, distance
-    return enclosed.arcs[nearest]
-
-
-@njit(cache=True, nogil=True)
-def squared_distance_to_arc(position: Vector, arc: np.ndarray) -> float:
-    """Return the squared distance between a position and the nearest point of an arc."""
-    nearest, is_on_arc = nearest_on_arc(position, arc)
-    if is_on_arc:
-        return squared_distance(nearest, position)
-    best = np.inf
-    for column in (PHI_0, PHI_1):
-        end = add_scaled(vector_at(arc, T), arc[ARC_RADIUS] * math.cos(arc[column]), vector_at(arc, E1))
-        end = add_scaled(end, arc[ARC_RADIUS] * math.sin(arc[column]), vector_at(arc, E2))
-        best = min(best, squared_distance(end, position))
-    return best
-
-
-@njit(cache=True, nogil=True)
 def _root(joined: np.ndarray, arc: int) -> int:
     """Return the lowest arc of the set of an arc (union-find with path halving)."""
     while joined[arc] != arc:
@@ -480,13 +458,6 @@ def _probes_at_ends(ends: np.ndarray, probes: np.ndarray) -> np.ndarray:
         closer = distance < gap[candidates]
         probe_of_end[candidates[closer]], gap[candidates[closer]] = probe[closer], distance[closer]
     return probe_of_end
-
-
-def _arcs_of_atoms(pair: np.ndarray, n_atoms: int) -> tuple[np.ndarray, np.ndarray]:
-    """List the arcs around each atom, ascending: those around atom a are arcs[first[a]:first[a + 1]]."""
-    atom = pair.T.ravel()
-    arcs = np.argsort(atom, kind="stable") % max(len(pair), 1)
-    return arcs, np.append(0, np.cumsum(np.bincount(atom, minlength=n_atoms)))
 
 
 def _distances(positions: np.ndarray, arcs: np.ndarray) -> np.ndarray:
@@ -571,15 +542,30 @@ def _on_arc(direction: np.ndarray, rows: np.ndarray, centre: np.ndarray, reach: 
 def _is_free(begin: np.ndarray, end: np.ndarray, atoms: RolledAtoms, atom: int) -> np.ndarray:
     """Return whether the shorter great circle between directions, (n, 3) each, meets no sphere around an atom, (n,) bool."""
     axis, half = _covering_caps(atoms, atom)
-    cosine = np.clip((begin * end).sum(axis=1), -1.0, 1.0)
-    across = end - cosine[:, None] * begin
-    across /= np.maximum(np.linalg.norm(across, axis=1), ROUNDING_OF_ANGLES)[:, None]
-    length = np.arccos(cosine)
-    a, b = begin @ axis.T, across @ axis.T
-    turn = np.arctan2(b, a)  # of the point of the circle that is nearest to an axis
-    inside = (turn > 0) & (turn < length[:, None])
-    nearest = np.where(inside, np.hypot(a, b), np.maximum(a, end @ axis.T))
-    return (nearest <= np.cos(half) + ROUNDING_OF_ANGLES).all(axis=1)
+    return _are_free(begin, end, axis, np.cos(half) + ROUNDING_OF_ANGLES)
+
+
+@njit(cache=True, nogil=True)
+def _are_free(begin: np.ndarray, end: np.ndarray, axis: np.ndarray, cosine_of_cap: np.ndarray) -> np.ndarray:
+    """Return whether the shorter great circle between directions, (n, 3) each, leaves out all caps around axes, (n,) bool."""
+    free = np.ones(len(begin), np.bool_)
+    for k in range(len(begin)):
+        first, last = point(begin, k), point(end, k)
+        cosine = min(1.0, max(-1.0, dot(first, last)))
+        across = add_scaled(last, -cosine, first)
+        size = max(math.sqrt(dot(across, across)), ROUNDING_OF_ANGLES)
+        length = math.acos(cosine)
+        for c in range(len(axis)):
+            of_cap = point(axis, c)
+            a, b = dot(first, of_cap), dot(across, of_cap) / size
+            # The point of the circle that is nearest to the axis lies between both directions, or one of these is nearest
+            nearest = max(a, dot(last, of_cap))
+            if b > 0.0 and math.atan2(b, a) < length:
+                nearest = math.hypot(a, b)
+            if nearest > cosine_of_cap[c]:
+                free[k] = False
+                break
+    return free
 
 
 def _loops(arcs: np.ndarray, meeting: np.ndarray) -> dict[int, int]:

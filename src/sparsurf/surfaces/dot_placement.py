@@ -24,11 +24,14 @@ from sparsurf.surfaces.rolling_probe import (
     PHI_1,
     THETA_I,
     THETA_J,
+    EnclosedCentres,
     RolledAtoms,
     Rolling,
     T,
     U,
     blocker,
+    is_enclosed,
+    no_enclosed_centres,
     roll,
     without_covered_circles,
 )
@@ -88,6 +91,7 @@ class RolledProbe(NamedTuple):
     probe_cells: Cells  # of the fixed probes
     probe: float  # Å, radius
     exact: bool
+    left_out: EnclosedCentres  # centres of the probe at which no dots are placed, and which trim none
 
 
 class Placed(NamedTuple):
@@ -115,17 +119,24 @@ def roll_probe(xyz: np.ndarray, radii: np.ndarray, probe: float, exact: bool) ->
     whole = np.full(len(radii), exact)
     whole[rolling.pair] = False
     probe_cells = sort_into_cells(at_least_one_probe(rolling.probes), probe)
-    return RolledProbe(xyz[0], by_position, radii, rolling, blockers, whole, probe_cells, probe, exact)
+    left_out = no_enclosed_centres(rolling)
+    return RolledProbe(
+        xyz[0], by_position, radii, rolling, blockers, whole, probe_cells, probe, exact, left_out
+    )
 
 
 def place_dots(rolled: RolledProbe, density: float) -> Placed:
     """Place dots on the solvent-excluded surface, `density` per Å^2 of the lattice."""
     radii, rolling, probe, exact = rolled.radii, rolled.rolling, rolled.probe, rolled.exact
+    left_out, kept_arcs = rolled.left_out, ~rolled.left_out.arcs
     spacing = math.sqrt(2 / math.sqrt(3) / density)
     templates, first, template = _templates(radii, spacing)
-    contact = _contact_dots(rolled.blockers, rolled.whole, templates, first, template, probe)
-    saddle = _saddle_dots(rolling, probe, spacing, exact)
-    concave, share = _concave_dots(rolling, rolled.probe_cells, sphere_template(probe, spacing), probe, exact)
+    contact = _contact_dots(
+        rolled.blockers, rolled.whole, templates, first, template, probe, rolling, left_out
+    )
+    saddle = _saddle_dots(rolling.arcs[kept_arcs], rolling.pair[kept_arcs], probe, spacing, exact)
+    units = sphere_template(probe, spacing)
+    concave, share = _concave_dots(rolling, rolled.probe_cells, units, probe, exact, left_out)
     return Placed({CONCAVE: concave, SADDLE: saddle, CONTACT: contact}, share, spacing)
 
 
@@ -136,7 +147,13 @@ def finish_dots(
     dots, by_position = placed.dots, rolled.by_position
     if rolled.exact:
         _set_exact_areas(
-            dots[CONTACT], dots[CONCAVE], placed.share, rolled.rolling, rolled.radii, rolled.probe
+            dots[CONTACT],
+            dots[CONCAVE],
+            placed.share,
+            rolled.rolling,
+            rolled.radii,
+            rolled.probe,
+            rolled.left_out,
         )
     n_dots = np.zeros(len(by_position), np.int64)
     for part in dots.values():
@@ -224,6 +241,7 @@ def _set_exact_areas(
     rolling: Rolling,
     radii: np.ndarray,
     probe: float,
+    left_out: EnclosedCentres,
 ) -> None:
     """Replace the counted areas of contact and concave dots by exact ones (Gauss-Bonnet), in place.
 
@@ -231,8 +249,15 @@ def _set_exact_areas(
     left, do so all together, since many hold no dot.
     """
     centre, n = rolling.atoms.centre, len(radii)
+    kept_arcs, kept_probes = ~left_out.arcs, ~left_out.probes
+    arcs, pair, triple, share = (
+        rolling.arcs[kept_arcs],
+        rolling.pair[kept_arcs],
+        rolling.triple[kept_probes],
+        share[kept_probes],
+    )
     # Angles of the spherical triangles: between the planes through the probe and two of its atoms
-    to_atoms = centre[rolling.triple] - rolling.probes[:, None]
+    to_atoms = centre[triple] - rolling.probes[kept_probes, None]
     normals = np.cross(to_atoms, np.roll(to_atoms, -1, axis=1))
     normals /= np.maximum(np.linalg.norm(normals, axis=2, keepdims=True), 1e-300)
     corners = np.arccos(np.clip(-(normals * np.roll(normals, 1, axis=1)).sum(axis=2), -1, 1))
@@ -240,9 +265,8 @@ def _set_exact_areas(
         triangles = probe**2 * (corners.sum(axis=1) - math.pi)
         concave.rows[:, 6] *= (share * triangles).sum() / concave.rows[:, 6].sum()
     # A patch on a unit sphere has the area 2 pi chi - (total turn of its border); chi follows from the counted area
-    arcs, pair = rolling.arcs, rolling.pair
     length = arcs[:, PHI_1] - arcs[:, PHI_0]
-    border_turn = np.zeros(n) + np.bincount(rolling.triple.ravel(), corners.ravel(), n)
+    border_turn = np.zeros(n) + np.bincount(triple.ravel(), corners.ravel(), n)
     border_turn += np.bincount(pair[:, 0], np.sin(arcs[:, THETA_I]) * length, n)
     border_turn -= np.bincount(pair[:, 1], np.sin(arcs[:, THETA_J]) * length, n)
     owner, counted = contact.atom[:, 0], np.bincount(contact.atom[:, 0], contact.rows[:, 6], n)
@@ -301,6 +325,8 @@ def _contact_dots(
     first: np.ndarray,
     template: np.ndarray,
     probe: float,
+    rolling: Rolling,
+    left_out: EnclosedCentres,
 ) -> PlacedDots:
     """Place the dots of each atom at which a touching probe is accessible; on spheres `whole` one dot decides for all."""
     rows, atom, total = np.empty((64, 7)), np.empty((64, 1), np.int64), 0
@@ -310,10 +336,11 @@ def _contact_dots(
         guess = -1
         for n in range(begin, end):
             unit = point(units, n)
-            guess = blocker(add_scaled(centre, atoms.reach[i], unit), i, atoms, guess)
+            touching = add_scaled(centre, atoms.reach[i], unit)
+            guess = blocker(touching, i, atoms, guess)
             if guess >= 0 and whole[i]:
                 break
-            if guess >= 0:
+            if guess >= 0 or is_enclosed(touching, i, rolling, left_out):
                 continue
             if total == len(rows):
                 rows, atom = doubled(rows), doubled(atom)
@@ -346,14 +373,14 @@ def _bands(arc: np.ndarray, probe: float) -> tuple[tuple[float, float], tuple[fl
 
 
 @njit(cache=True, nogil=True)
-def _saddle_dots(rolling: Rolling, probe: float, spacing: float, exact: bool) -> PlacedDots:
+def _saddle_dots(arcs: np.ndarray, pair: np.ndarray, probe: float, spacing: float, exact: bool) -> PlacedDots:
     """Place the dots of the arcs, last arc first, in strips of equal width in theta, from atom j to atom i."""
     rows, atom, total = np.empty((64, 7)), np.empty((64, 1), np.int64), 0
     row_spacing = spacing * math.sqrt(0.75)
     cell, carried = spacing * row_spacing, 0.0
     # The last arc first, as in the files of DMS
-    for b in range(len(rolling.arcs) - 1, -1, -1):
-        arc = rolling.arcs[b]
+    for b in range(len(arcs) - 1, -1, -1):
+        arc = arcs[b]
         radius, turn = arc[ARC_RADIUS], arc[PHI_1] - arc[PHI_0]
         for low, high in _bands(arc, probe):
             if high <= low:
@@ -370,7 +397,7 @@ def _saddle_dots(rolling: Rolling, probe: float, spacing: float, exact: bool) ->
                 n = _n_dots_of_strip(radius - probe * math.cos(theta), turn, spacing)
                 if exact:
                     area = _band_area(radius, probe, turn, theta - width / 2, theta + width / 2) / max(n, 1)
-                    owner = rolling.pair[b, int(2 * theta > arc[THETA_I] + arc[THETA_J])]
+                    owner = pair[b, int(2 * theta > arc[THETA_I] + arc[THETA_J])]
                     if n == 0:
                         # Too narrow for a dot: one for every area of `cell`, once half of it has accumulated
                         carried += area
@@ -379,7 +406,7 @@ def _saddle_dots(rolling: Rolling, probe: float, spacing: float, exact: bool) ->
                         n, area, carried = 1, cell, carried - cell
                 else:
                     area = _band_area(radius, probe, turn, low, high) / max(n_band, 1)
-                    owner = rolling.pair[b, int(2 * filled < n_filled)]
+                    owner = pair[b, int(2 * filled < n_filled)]
                 # The dots of a strip face the gaps of the previous one
                 offset = 0.5 if filled % 2 == 0 else 1.0
                 filled += n > 0
@@ -399,7 +426,12 @@ def _saddle_dots(rolling: Rolling, probe: float, spacing: float, exact: bool) ->
 
 @njit(cache=True, nogil=True)
 def _concave_dots(
-    rolling: Rolling, probe_cells: Cells, units: np.ndarray, probe: float, exact: bool
+    rolling: Rolling,
+    probe_cells: Cells,
+    units: np.ndarray,
+    probe: float,
+    exact: bool,
+    left_out: EnclosedCentres,
 ) -> tuple[PlacedDots, np.ndarray]:
     """Place the dots of fixed probes between the directions to their three atoms; also return the share of each that is kept."""
     centre = rolling.atoms.centre
@@ -407,6 +439,8 @@ def _concave_dots(
     share = np.ones(len(rolling.probes))
     area = 4 * math.pi * probe**2 / len(units)
     for q in range(len(rolling.probes)):
+        if left_out.probes[q]:
+            continue
         i, j, k = rolling.triple[q, 0], rolling.triple[q, 1], rolling.triple[q, 2]
         probe_centre = point(rolling.probes, q)
         to_i, to_j = subtract(point(centre, i), probe_centre), subtract(point(centre, j), probe_centre)
@@ -425,7 +459,7 @@ def _concave_dots(
             # Only points beyond that plane can lie inside another probe
             beyond = probe * dot(n, unit) > h
             within = probe - INSIDE_TOLERANCE
-            if exact and beyond and _inside_other(position, q, rolling, probe_cells, within):
+            if exact and beyond and _inside_other(position, q, rolling, probe_cells, within, left_out):
                 n_inside += 1
                 continue
             owner = i
@@ -443,14 +477,17 @@ def _concave_dots(
 
 
 @njit(cache=True, nogil=True)
-def _inside_other(position: Vector, q: int, rolling: Rolling, probe_cells: Cells, within: float) -> bool:
+def _inside_other(
+    position: Vector, q: int, rolling: Rolling, probe_cells: Cells, within: float, left_out: EnclosedCentres
+) -> bool:
     """Return whether an accessible centre other than fixed probe q is nearer than `within`; fixed probes are tested first."""
     for c in range(9):
         slot, last = cell_column(probe_cells, position, c)
         while slot < len(probe_cells.key) and probe_cells.key[slot] <= last:
             k = probe_cells.order[slot]
             slot += 1
-            if k != q and squared_distance(point(rolling.probes, k), position) < within**2:
+            near = squared_distance(point(rolling.probes, k), position) < within**2
+            if near and k != q and not left_out.probes[k]:
                 return True
     atoms, cells = rolling.atoms, rolling.cells
     for c in range(9):
@@ -464,11 +501,13 @@ def _inside_other(position: Vector, q: int, rolling: Rolling, probe_cells: Cells
             if d > reach + within:
                 continue
             for b in range(rolling.first_arc[k], rolling.first_arc[k + 1]):
-                if _arc_within(position, rolling.arcs[b], within):
+                if not left_out.arcs[b] and _arc_within(position, rolling.arcs[b], within):
                     return True
             # The patch of k is nearest straight outwards from its centre
-            if reach - within < d < reach and blocker(add_scaled(centre, reach / d, w), k, atoms, -1) < 0:
-                return True
+            if reach - within < d < reach:
+                nearest = add_scaled(centre, reach / d, w)
+                if blocker(nearest, k, atoms, -1) < 0 and not is_enclosed(nearest, k, rolling, left_out):
+                    return True
     return False
 
 

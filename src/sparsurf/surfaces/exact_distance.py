@@ -13,14 +13,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sparsurf.kernels import njit
-from sparsurf.surfaces.components import (
+from sparsurf.surfaces.components import enclosed_centres
+from sparsurf.surfaces.dot_placement import at_least_one_probe
+from sparsurf.surfaces.rolling_probe import (
+    THETA_I,
+    THETA_J,
     EnclosedCentres,
-    enclosed_centres,
+    Rolling,
+    U,
+    blocker,
     is_enclosed,
+    nearest_on_arc,
     no_enclosed_centres,
 )
-from sparsurf.surfaces.dot_placement import at_least_one_probe
-from sparsurf.surfaces.rolling_probe import THETA_I, THETA_J, Rolling, U, blocker, nearest_on_arc
 from sparsurf.surfaces.surface import CONCAVE, CONTACT, SADDLE
 from sparsurf.surfaces.vectors import (
     Cells,

@@ -18,22 +18,18 @@ import numpy as np
 from sparsurf.errors import InputError
 from sparsurf.kernels import njit
 from sparsurf.shown import Shown
-from sparsurf.surfaces.components import (
-    OPEN,
-    EnclosedCentres,
-    all_other_centres,
-    centres_of_cavities,
-    enclosed_centres,
-    is_enclosed,
-    no_enclosed_centres,
-)
+from sparsurf.surfaces.components import all_other_centres, centres_of_cavities, enclosed_centres
 from sparsurf.surfaces.dot_placement import checked_spheres, relative_positions
 from sparsurf.surfaces.exact_distance import nearest_centres
 from sparsurf.surfaces.radii import PROBE_RADIUS
 from sparsurf.surfaces.rolling_probe import (
     ARC_RADIUS,
+    OPEN,
+    EnclosedCentres,
     Rolling,
     T,
+    is_enclosed,
+    no_enclosed_centres,
     roll,
 )
 from sparsurf.surfaces.surface import Surface

@@ -95,7 +95,7 @@ class RolledFrame:
 
     def surface(self, density: float) -> Surface:
         """Place dots of a density."""
-        return self._finished(place_dots(self.rolled, _lattice(density)))
+        return self._finished(place_dots(self.rolled, lattice(density)))
 
     def components(self, surface: Surface) -> np.ndarray:
         """Return the component of every dot of a surface that was placed here; see `components.components_of`."""
@@ -143,7 +143,7 @@ class RolledFrame:
         if self.cavities == "remove" or dots is not None:
             surface = self.surface(density) if dots is None else dots
             return spacing(surface.points, near=near), lambda: surface
-        placed = place_dots(self.rolled, _lattice(density))
+        placed = place_dots(self.rolled, lattice(density))
         gap = spacing(placed.positions + self.rolled.origin, placed.spacing, near)
         return gap, lambda: self._finished(placed)
 
@@ -230,7 +230,7 @@ def molecular_surface(
     return roll_spheres(xyz, radii, probe, reentrant).surface(density)
 
 
-def _lattice(density: float) -> float:
+def lattice(density: float) -> float:
     """Return the dots per Å^2 of the lattice for a density of the surface."""
     if not 0 < density < np.inf:
         raise InputError(f"{argument('surface.density')} is {density}; it must be a positive number.")

@@ -36,6 +36,7 @@ from sparsurf.surfaces.vectors import (
 # Columns of a row of `arcs`; the first four hold vectors
 T, E1, E2, U, ARC_RADIUS, PHI_0, PHI_1, THETA_I, THETA_J = 0, 3, 6, 9, 12, 13, 14, 15, 16
 N_ARC_COLUMNS = 17
+OPEN, CLOSED, MIXED = 0, 1, 2  # of an atom: where the probes that touch it lie
 
 
 class RolledAtoms(NamedTuple):
@@ -57,6 +58,16 @@ class Rolling(NamedTuple):
     first_arc: np.ndarray  # (A + 1,) int64, arcs whose lower atom is i: first_arc[i]:first_arc[i + 1]
     probes: np.ndarray  # (P, 3) float64, centres of the fixed probes
     triple: np.ndarray  # (P, 3) int64, i < j < k
+
+
+class EnclosedCentres(NamedTuple):
+    """Which centres of a rolling probe lie in cavities."""
+
+    arcs: np.ndarray  # (B,) bool
+    probes: np.ndarray  # (P,) bool, fixed ones
+    atoms: np.ndarray  # (A,) int8: OPEN, CLOSED, or MIXED where the nearest arc around the atom decides
+    order: np.ndarray  # int64; the arcs around atom a are order[first[a]:first[a + 1]]
+    first: np.ndarray  # (A + 1,) int64
 
 
 def roll(centre: np.ndarray, reach: np.ndarray) -> Rolling:
@@ -291,3 +302,47 @@ def nearest_on_arc(position: Vector, arc: np.ndarray) -> tuple[Vector, bool]:
     is_on_arc = phi - 2 * math.pi * math.floor(phi / (2 * math.pi)) <= arc[PHI_1] - arc[PHI_0]
     nearest = add_scaled(vector_at(arc, T), arc[ARC_RADIUS] * p1 / flat, vector_at(arc, E1))
     return add_scaled(nearest, arc[ARC_RADIUS] * p2 / flat, vector_at(arc, E2)), is_on_arc
+
+
+def arcs_of_atoms(pair: np.ndarray, n_atoms: int) -> tuple[np.ndarray, np.ndarray]:
+    """List the arcs around each atom, ascending: those around atom a are arcs[first[a]:first[a + 1]]."""
+    atom = pair.T.ravel()
+    arcs = np.argsort(atom, kind="stable") % max(len(pair), 1)
+    return arcs, np.append(0, np.cumsum(np.bincount(atom, minlength=n_atoms)))
+
+
+def no_enclosed_centres(rolling: Rolling) -> EnclosedCentres:
+    """Return that no centre lies in a cavity, for a surface that keeps the walls of its cavities."""
+    n_arcs, n_probes, n_atoms = len(rolling.arcs), len(rolling.probes), len(rolling.atoms.centre)
+    states = np.zeros(n_atoms, np.int8)
+    return EnclosedCentres(
+        np.zeros(n_arcs, bool), np.zeros(n_probes, bool), states, *arcs_of_atoms(rolling.pair, n_atoms)
+    )
+
+
+@njit(cache=True, nogil=True)
+def is_enclosed(position: Vector, atom: int, rolling: Rolling, enclosed: EnclosedCentres) -> bool:
+    """Return whether an accessible centre that touches an atom lies in a cavity."""
+    if enclosed.atoms[atom] != MIXED:
+        return enclosed.atoms[atom] == CLOSED
+    nearest, best = -1, np.inf
+    for slot in range(enclosed.first[atom], enclosed.first[atom + 1]):
+        arc = enclosed.order[slot]
+        distance = squared_distance_to_arc(position, rolling.arcs[arc])
+        if distance < best:
+            nearest, best = arc, distance
+    return enclosed.arcs[nearest]
+
+
+@njit(cache=True, nogil=True)
+def squared_distance_to_arc(position: Vector, arc: np.ndarray) -> float:
+    """Return the squared distance between a position and the nearest point of an arc."""
+    nearest, is_on_arc = nearest_on_arc(position, arc)
+    if is_on_arc:
+        return squared_distance(nearest, position)
+    best = np.inf
+    for column in (PHI_0, PHI_1):
+        end = add_scaled(vector_at(arc, T), arc[ARC_RADIUS] * math.cos(arc[column]), vector_at(arc, E1))
+        end = add_scaled(end, arc[ARC_RADIUS] * math.sin(arc[column]), vector_at(arc, E2))
+        best = min(best, squared_distance(end, position))
+    return best

@@ -34,13 +34,17 @@ def area_of(surface: Surface) -> tuple[float, bool]:
     area = getattr(surface, "area", np.nan)
     if np.isfinite(area).all() and np.sum(area) > 0:
         return float(np.sum(area)), False
+    return float(np.sum(estimated_areas(surface.points, np.arange(len(surface.points))))), True
+
+
+def estimated_areas(points: np.ndarray, dots: np.ndarray) -> np.ndarray:
+    """Estimate the area, (n,) Å^2, of some dots of a surface (N, 3) from their distances to others; NaN for a single dot."""
     from scipy.spatial import cKDTree  # here: it takes long to load, and most surfaces know their area
 
-    k = min(N_NEIGHBOURS, len(surface.points) - 1)
+    k = min(N_NEIGHBOURS, len(points) - 1)
     if k == 0:
-        return float("nan"), True
-    radius = np.asarray(cKDTree(surface.points).query(surface.points, k=k + 1)[0])[:, k]
-    return float(np.pi * np.sum(radius**2) / k), True
+        return np.full(len(dots), np.nan)
+    return np.pi * np.asarray(cKDTree(points).query(points[dots], k=k + 1)[0])[:, k] ** 2 / k
 
 
 def spacing(points: np.ndarray, cube: float | None = None, near: float = 0.0) -> float:

@@ -24,7 +24,7 @@ from sparsurf.arguments import index_array
 from sparsurf.errors import InputError
 from sparsurf.kernels import njit
 from sparsurf.shown import Shown
-from sparsurf.surfaces.components import joined_arcs, label_centres, set_of_arcs, squared_distance_to_arc
+from sparsurf.surfaces.components import joined_arcs, label_centres, set_of_arcs
 from sparsurf.surfaces.dot_placement import checked_spheres, relative_positions
 from sparsurf.surfaces.rolling_probe import (
     ARC_RADIUS,
@@ -37,6 +37,7 @@ from sparsurf.surfaces.rolling_probe import (
     T,
     blocker,
     roll,
+    squared_distance_to_arc,
 )
 from sparsurf.surfaces.spheres import Spheres
 from sparsurf.surfaces.surface import Placement, Rules

@@ -434,7 +434,7 @@ def test_each_command_reports_what_it_wrote(folder, tmp_path, monkeypatch, capfd
     smallest, interpolated = sparsurf.minimal(dots), sparsurf.minimal(dots, error=0.2, model="interpolant")
     low, high = (number(100 * end / len(dots), 1) for end in interpolated.interval)
     volume = sparsurf.components(dots)[1]["volume"].sum()
-    dense, share = sparsurf.recover(few), reconstruct(few)[2]
+    dense, share = sparsurf.recover(few), reconstruct(few).share
     assert 0.5 < share < 0.99
 
     def per_area(n):

@@ -12,7 +12,6 @@ from conftest import ROOT, sphere
 from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.surfaces.components import (
-    _arcs_of_atoms,
     _join_loops,
     _loops,
     _n_covered_parts,
@@ -26,7 +25,7 @@ from sparsurf.surfaces.components import (
 from sparsurf.surfaces.dot_placement import relative_positions
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.radii import radii
-from sparsurf.surfaces.rolling_probe import roll
+from sparsurf.surfaces.rolling_probe import arcs_of_atoms, roll
 
 
 def shell(n=200, radius=9.0):
@@ -176,7 +175,7 @@ def test_borders_around_one_free_part_of_an_atom_belong_together():
         sizes = np.append(1.9, rng.uniform(0.5, 2.0, n))
         rolling = roll(np.vstack([[[0.0, 0, 0]], around]), sizes + 1.4)
         _, meeting = joined_arcs(rolling)
-        order, first = _arcs_of_atoms(rolling.pair, n + 1)
+        order, first = arcs_of_atoms(rolling.pair, n + 1)
         arcs = order[first[0] : first[1]]
         border = _loops(arcs, meeting)
         joined = np.arange(len(rolling.arcs))

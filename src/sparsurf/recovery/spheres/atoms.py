@@ -72,12 +72,12 @@ def infer(points: np.ndarray, normals: np.ndarray, model: SphereModel, threads: 
     rows = []
     for radius in model.radii:
         centres = points - radius * normals
-        touched = _touches(probes, centres, radius + probe, tolerance)
+        touched = _touches(probes, centres, np.full(len(centres), radius + probe), tolerance)
         rows.append(np.column_stack([centres, np.full(len(centres), radius), touched - 1.0]))
         rows[-1] = rows[-1][touched >= TOUCHES_OF_CONTACT]
     spread = kept[select_separated(build_grid(points[kept]), np.arange(len(kept)), CLOSE, len(kept), 0)]
     seeds = np.ascontiguousarray(all_probes[spread])
-    near = _neighbours(cKDTree(seeds), seeds, NEIGHBOURS)
+    near = neighbours(cKDTree(seeds), seeds, NEIGHBOURS)
     rows += parallel_map(
         lambda begin, end: _spheres_of_triples(
             probes, seeds, near, begin, end, model.radii, probe, tolerance
@@ -89,7 +89,7 @@ def infer(points: np.ndarray, normals: np.ndarray, model: SphereModel, threads: 
     atoms = _best_supported(np.concatenate(rows))
     _refine(probes, atoms, probe, tolerance)
     if len(atoms):
-        near = _neighbours(cKDTree(probes.xyz), all_probes, NEIGHBOURS_OF_SADDLE)
+        near = neighbours(cKDTree(probes.xyz), all_probes, NEIGHBOURS_OF_SADDLE)
         for _ in range(ROUNDS_OF_SADDLES):
             grid = build_grid(atoms[:, :3])
             radii_of_grid = np.ascontiguousarray(atoms[grid.dot, 3])
@@ -99,14 +99,11 @@ def infer(points: np.ndarray, normals: np.ndarray, model: SphereModel, threads: 
             if len(candidates) == 0:
                 break
             atoms = np.concatenate([atoms, _best_supported(candidates)])
-    touches = np.array(
-        [max(0, _touches(probes, atom[None, :3], atom[3] + probe, 2 * tolerance)[0]) for atom in atoms],
-        np.int64,
-    )
-    return Atoms(atoms[:, :3].copy(), atoms[:, 3].copy(), touches)
+    centres, radii = atoms[:, :3].copy(), atoms[:, 3].copy()
+    return Atoms(centres, radii, np.maximum(_touches(probes, centres, radii + probe, 2 * tolerance), 0))
 
 
-def _neighbours(tree: cKDTree, points: np.ndarray, n: int) -> np.ndarray:
+def neighbours(tree: cKDTree, points: np.ndarray, n: int) -> np.ndarray:
     """Return the nearest points of a tree, at most n, (m, k) int32."""
     near = tree.query(points, k=min(n, tree.n))[1]
     return np.asarray(near, np.int32).reshape(len(points), -1)
@@ -143,16 +140,16 @@ def _touching(probes: PatchIndex, centre: Vector, reach: float, tolerance: float
 
 
 @njit(cache=True, nogil=True)
-def _touches(probes: PatchIndex, centres: np.ndarray, reach: float, tolerance: float) -> np.ndarray:
-    """Return `_touching` of centres (m, 3)."""
+def _touches(probes: PatchIndex, centres: np.ndarray, reach: np.ndarray, tolerance: float) -> np.ndarray:
+    """Return `_touching` of centres (m, 3) and distances (m,)."""
     out = np.empty(len(centres), np.int64)
     for i in range(len(centres)):
-        out[i] = _touching(probes, point(centres, i), reach, tolerance)
+        out[i] = _touching(probes, point(centres, i), reach[i], tolerance)
     return out
 
 
 @njit(cache=True, nogil=True)
-def _append(rows: np.ndarray, n: int, centre: Vector, radius: float, touches: int) -> np.ndarray:
+def append(rows: np.ndarray, n: int, centre: Vector, radius: float, touches: int) -> np.ndarray:
     """Write a candidate into row n, of a longer array where there is no such row."""
     if n == len(rows):
         rows = doubled(rows)
@@ -208,7 +205,7 @@ def _spheres_of_triples(
                         centre = add_scaled(add_scaled(origin, 1.0, middle), up, w)
                         touched = _touching(probes, centre, r + probe, tolerance)
                         if touched >= TOUCHES_OF_TRIPLE:
-                            rows = _append(rows, n, centre, r, touched - 3)
+                            rows = append(rows, n, centre, r, touched - 3)
                             n += 1
     return rows[:n].copy()
 
@@ -264,10 +261,12 @@ def _solved(s: np.ndarray) -> Vector:
 
 
 @njit(cache=True, nogil=True)
-def _only_atom(grid: PatchIndex, radii: np.ndarray, centre: Vector, probe: float, tolerance: float) -> int:
-    """Return the position of the only atom that the probe at a centre touches; -1 if it touches none or several."""
+def _only_atom(
+    grid: PatchIndex, radii: np.ndarray, largest: float, centre: Vector, probe: float, tolerance: float
+) -> int:
+    """Return the position of the only atom, of radii up to the largest, that the probe at a centre touches; -1 if not one."""
     x, y, z = centre
-    outer, found = radii.max() + probe + 2 * tolerance, -1
+    outer, found = largest + probe + 2 * tolerance, -1
     a0, a1 = cells_within(x, outer, grid.origin[0], grid.side, grid.shape[0])
     b0, b1 = cells_within(y, outer, grid.origin[1], grid.side, grid.shape[1])
     c0, c1 = cells_within(z, outer, grid.origin[2], grid.side, grid.shape[2])
@@ -307,10 +306,10 @@ def _second_atoms(
     The normal of a saddle dot lies in the plane of the probe centre and both atoms. In this plane the second atom lies at the
     distance r + probe, and another probe that touches it fixes its angle.
     """
-    rows, n = np.empty((64, CANDIDATE_COLUMNS)), 0
+    rows, n, largest = np.empty((64, CANDIDATE_COLUMNS)), 0, radii_of_grid.max()
     for i in range(len(centres)):
         centre = point(centres, i)
-        atom = _only_atom(grid, radii_of_grid, centre, probe, tolerance)
+        atom = _only_atom(grid, radii_of_grid, largest, centre, probe, tolerance)
         if atom < 0:
             continue
         e1 = subtract(point(grid.xyz, atom), centre)
@@ -342,6 +341,6 @@ def _second_atoms(
                     place = add_scaled(place, (r + probe) * math.sin(t), e2)
                     touched = _touching(probes, place, r + probe, 2 * tolerance)
                     if touched >= TOUCHES_OF_SADDLE and not _is_near(grid, place, SAME_ATOM):
-                        rows = _append(rows, n, place, r, touched)
+                        rows = append(rows, n, place, r, touched)
                         n += 1
     return rows[:n].copy()

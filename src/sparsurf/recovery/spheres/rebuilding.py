@@ -1,8 +1,8 @@
-"""Rebuild a surface from few dots with the spheres that they lie on, where these dots say so; elsewhere it is interpolated.
+"""Reconstruct a surface from few dots by the atoms that follow from them, where these dots say so; elsewhere it is interpolated.
 
-The interpolant guides: the probe never rolls freely over the inferred atoms, since it would leak through missing ones and cut
-the outer wall from inside. Points of the interpolant move onto the surface of the inferred atoms only between dots that lie on
-it. Every gate leads back to the interpolant, to the byte.
+A probe rolls over the inferred atoms where the probe centres of the dots lie. Dots that no atom explains and places inside keep
+it out. Around these, and between evenly spread dots, points of the interpolant take the place of the rolled surface, since they
+do not depend on an atom that is missing. Every gate leads back to the interpolant, to the byte.
 """
 
 from __future__ import annotations
@@ -15,12 +15,14 @@ import numpy as np
 
 from sparsurf.kernels import njit
 from sparsurf.patches.index import PatchIndex, ball, build_grid, cells_within, select_separated
-from sparsurf.recovery.recovering import CELL, NEWTON_STEPS, REACH, interpolate_surface
+from sparsurf.recovery.recovering import MIN_INTERPOLATED, NEWTON_STEPS, REACH, interpolate_surface
 from sparsurf.recovery.spheres.atoms import Atoms, infer
-from sparsurf.recovery.spheres.votes import SphereModel, vote
-from sparsurf.surfaces.molecular_surface import roll_spheres
-from sparsurf.surfaces.spacing import DENSITY
-from sparsurf.surfaces.surface import CONTACT, Surface
+from sparsurf.recovery.spheres.explanations import UNEXPLAINED, completed, explain, touched_atoms
+from sparsurf.recovery.spheres.inside import Inside
+from sparsurf.recovery.spheres.rolled import RolledDots, RolledSurface, rolled_surface
+from sparsurf.recovery.spheres.votes import SphereModel, model_of
+from sparsurf.surfaces.spacing import DENSITY, estimated_areas, nearest_distances
+from sparsurf.surfaces.surface import CONTACT
 from sparsurf.threads import parallel_map
 
 MIN_ATOMS = 4
@@ -28,27 +30,33 @@ MIN_ATOMS = 4
 # where positions have a noise of 0.01 Å, and more on a surface of another kind.
 DEEP, MAX_DEEP_SHARE = 0.01, 0.02  # Å; share of the kept dots
 SUNK = 0.05  # Å: deeper than noise, so that the program did not trim concave parts where probes overlap, as DMS does not
-# Of a kept dot on the rebuilt surface: height, distance to the nearest dot there, and cosine of both normals
-MAX_HEIGHT, MAX_GAP, MIN_COSINE = 0.02, 0.3, 0.9
-MIN_SHARE_ON = 0.3  # of the kept dots, on the rebuilt surface; surfaces of another kind have less than 0.06
-# Dots per Å^2 of the surface of the inferred atoms, at least; twice as many change the mean error by less than 0.001 Å
-ROLLED_DENSITY = 40.0
-# Nearest kept dots of a point, which all must lie on the rebuilt surface. With two, the mean error is a tenth smaller, but parts
+MIN_EXPLAINED = 0.3  # share of the kept dots that atoms explain; surfaces of another kind have less than 0.06
+# Dots per Å^2 of the guide, and distance below which it uses fewer neighbours, Å: it only tells inside from outside
+GUIDE_DENSITY, GUIDE_CLOSE = 1.0, 0.5
+INSIDE_OF_ATOM = 0.5  # winding number of the centre of an atom, at least
+SUNKEN = 1.0  # Å, below each kept dot, where the winding number is that of the inside
+# Dots are evenly spread if the 5 % of them with the nearest neighbours have these at this share of the median distance or
+# farther: farthest points at 0.91, chosen dots at 0.23 to 0.28.
+CLOSEST, EVENLY = 0.05, 0.6
+# Between evenly spread dots: Å around dots of the rolled surface whose probe touches a ball, in which points of the interpolant
+# take their place, and by which these overlap with the rest; and around these, kept dots from which the interpolant is made
+BAND, OVERLAP, AROUND = 0.6, 0.4, 6.0
+TOUCH_OF_BALL = 1e-4  # Å, far above rounding
+# Dots per Å^2 of the rolled surface onto which points of the interpolant move, at least
+ROLLED_DENSITY = 20.0
+# Nearest kept dots of a point, which all must be explained. With two, the mean error is a tenth smaller, but parts
 # that are not there reach half as far again (99 % of the way back); with five, the mean error is a third larger.
 KEPT_AROUND = 3
 # Å, of a point of the interpolant onto the rebuilt surface. Between dots that touch every atom the interpolant errs by so much:
 # at 0.3 Å their mean error is half as large again or twice as large; beyond 0.6 Å no error changes by much.
 MAX_MOVE = 0.6
-# Å around moved points in which dots of the rebuilt surface close holes. At 1 Å the mean error is a tenth smaller with 0.25 dots
-# per Å^2, but 99 % of the way back grows by a third there and by three quarters with 0.6.
-FILL = 0.7
 SAME_SIDE = 0.3  # cosine of the normals of a point and of the rebuilt surface
-EITHER_SIDE = -2.0  # below every cosine
 # The nearest dot is first looked for within this share of the distance where it may lie: dense dots have one there
 NEARER = 0.3
 PUSHES = 3  # out of the probe balls of kept dots
-# Distance of a new dot from all others, in 1 / sqrt(density), which makes up to a third more dots than requested
-SEPARATION = 0.72
+# In 1 / sqrt(density): between points of the interpolant, so that they are as dense as placed dots; within which a kept dot
+# takes the place of a placed one, which the six around it all reach
+SEPARATION, PLACE = 0.8, 1.0
 POINTS_PER_TASK = 16384
 
 
@@ -57,9 +65,31 @@ class Rebuilt(NamedTuple):
 
     points: np.ndarray  # (N, 3) float64, Å, kept dots first
     normals: np.ndarray  # (N, 3) float64
-    share: float  # of the kept dots that lie on the surface of the inferred atoms; 0 where the interpolant is used everywhere
-    model: SphereModel
+    share: float = (
+        0.0  # of the kept dots that inferred atoms explain; 0 where the interpolant is used everywhere
+    )
+    model: SphereModel | None = None  # None where atoms are not asked for
     atoms: Atoms | None = None
+    exact_area: np.ndarray | None = (
+        None  # (N,) float64, Å^2, NaN where it is not known; None where all are interpolated
+    )
+
+    @property
+    def area(self) -> np.ndarray:
+        """Area of each dot, (N,) float64, Å^2: that of the rolled surface, and where it is interpolated, an estimate."""
+        area = np.full(len(self.points), np.nan) if self.exact_area is None else self.exact_area.copy()
+        unknown = np.flatnonzero(np.isnan(area))
+        if len(unknown):
+            area[unknown] = estimated_areas(self.points, unknown)
+        return area
+
+
+class _Dots(NamedTuple):
+    """Dots with areas, Å^2, NaN where these are not known."""
+
+    points: np.ndarray
+    normals: np.ndarray
+    area: np.ndarray
 
 
 def rebuild(
@@ -90,124 +120,193 @@ def rebuild_at(
     radii: str | Sequence[float] | None = None,
 ) -> list[Rebuilt]:
     """Reconstruct the surface of dots (n, 3) like `rebuild`, at each of several densities; the atoms are inferred once."""
-    model = vote(points, normals, probe_radius, radii)
+    model = model_of(points, normals, probe_radius, radii)
     points, normals = np.ascontiguousarray(points, float), np.ascontiguousarray(normals, float)
-    guides = [interpolate_surface(points, normals, density, reach, steps, threads) for density in densities]
-    interpolated = [Rebuilt(*guide, 0.0, model) for guide in guides]
-    if len(model.radii) == 0:
-        return interpolated
-    centres = build_grid(points + model.probe * normals)
-    depth = model.probe - _distances_to_nearest(centres, points, model.probe)
-    deep = float((depth > DEEP).mean())
-    if deep >= MAX_DEEP_SHARE:
-        return interpolated
-    atoms = infer(points, normals, model, threads)
-    interpolated = [found._replace(atoms=atoms) for found in interpolated]
-    if len(atoms.radii) < MIN_ATOMS:
-        return interpolated
-    reentrant = "dms" if (depth > SUNK).any() else "exact"
-    rolled = roll_spheres(atoms.centres, atoms.radii, model.probe, reentrant)
-    placed: dict[float, tuple[Surface, PatchIndex, np.ndarray]] = {}
+    kept = _Kept(points, normals / np.linalg.norm(normals, axis=1, keepdims=True), model, threads)
+    if not kept.lie_on_spheres:
+        guides = [
+            interpolate_surface(points, normals, density, reach, steps, threads) for density in densities
+        ]
+        return [Rebuilt(*guide, 0.0, model, kept.atoms) for guide in guides]
+    rolled = kept.rolled()
     rebuilt = []
-    for density, guide, without_spheres in zip(densities, guides, interpolated, strict=True):
-        rolled_density = max(ROLLED_DENSITY, density)
-        if rolled_density not in placed:
-            surface = rolled.surface(rolled_density)
-            index = build_grid(surface.points, surface.normals, side=MAX_MOVE)
-            placed[rolled_density] = surface, index, _lies_on(index, points, normals, threads)
-        surface, index, lies_on = placed[rolled_density]
-        share = float(lies_on.mean())
-        if share < MIN_SHARE_ON:
-            rebuilt.append(without_spheres)
-            continue
-        moved = _moved(
-            guide, len(points), lies_on, points, centres, surface, index, atoms, model.probe, deep == 0, threads
-        )  # fmt: skip
-        filled = _filled(*moved, len(points), surface, density, threads)
-        rebuilt.append(Rebuilt(*filled, share, model, atoms))
+    for density in densities:
+        dots = rolled.place(density)
+        if kept.spread_evenly:
+            between = kept.with_slices(rolled, dots, density, reach, steps)
+        else:
+            on_ball = (dots.sphere >= rolled.n_atoms) & (dots.kind == CONTACT)
+            between = _Dots(*dots.take(~on_ball)[:3])
+        found = _with_kept(_Dots(points, normals, np.full(len(points), np.nan)), between, density, threads)
+        rebuilt.append(Rebuilt(found.points, found.normals, kept.share, model, kept.atoms, found.area))
     return rebuilt
 
 
-def _lies_on(index: PatchIndex, points: np.ndarray, normals: np.ndarray, threads: int) -> np.ndarray:
-    """Return which dots lie on the rebuilt surface, with the same normal, (n,) bool."""
-    nearest = _nearest_facing(index, points, normals, MAX_GAP, MIN_COSINE, threads)
-    height = np.einsum("ij,ij->i", points - index.xyz[nearest], index.normals[nearest])
-    return (nearest >= 0) & (np.abs(height) < MAX_HEIGHT)
+class _Kept:
+    """Kept dots (n, 3) with unit normals, and the atoms that explain them."""
 
-
-def _moved(
-    guide: tuple[np.ndarray, np.ndarray],
-    n_kept: int,
-    lies_on: np.ndarray,
-    kept: np.ndarray,
-    centres: PatchIndex,
-    surface: Surface,
-    index: PatchIndex,
-    atoms: Atoms,
-    probe: float,
-    push: bool,
-    threads: int,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return points and normals of the guide, those between dots on the rebuilt surface moved onto it, and which these are."""
-    points, normals = guide[0].copy(), guide[1].copy()
-    if push:
-        parallel_map(
-            lambda begin, end: _push_out(centres, max(begin, n_kept), end, probe, points, normals),
-            len(points),
-            threads,
-            POINTS_PER_TASK,
+    def __init__(self, points: np.ndarray, normals: np.ndarray, model: SphereModel, threads: int) -> None:
+        """Infer the atoms, unless the dots say that they lie on none."""
+        self.points, self.normals, self.model, self.threads = points, normals, model, threads
+        self.atoms: Atoms | None = None
+        self.share, self.explained = 0.0, np.zeros(len(points), bool)
+        if len(model.radii) == 0:
+            return
+        self.probes = points + model.probe * normals
+        self.grid_of_probes = build_grid(self.probes)
+        self.depth = model.probe - _distances_to_nearest(self.grid_of_probes, points, model.probe)
+        self.has_deep, self.exact = bool((self.depth > DEEP).any()), not (self.depth > SUNK).any()
+        if (self.depth > DEEP).mean() >= MAX_DEEP_SHARE:
+            return
+        self.atoms = infer(points, normals, model, threads)
+        if len(self.atoms.radii) < MIN_ATOMS:
+            return
+        self.centres, self.radii, found = completed(
+            self.probes, normals, self.atoms.centres, self.atoms.radii, model
         )
-    trusted = np.full(len(points), True)
-    if not lies_on.all():
+        self.explained = found.kind != UNEXPLAINED
+        self.share = float(self.explained.mean())
+
+    @property
+    def lie_on_spheres(self) -> bool:
+        """Whether the dots lie on the spheres of atoms."""
+        return self.share >= MIN_EXPLAINED
+
+    @property
+    def spread_evenly(self) -> bool:
+        """Whether few dots have a much nearer neighbour than the others have."""
+        nearest = nearest_distances(self.points)
+        return bool(np.quantile(nearest, CLOSEST) > EVENLY * np.median(nearest))
+
+    def rolled(self) -> RolledSurface:
+        """Roll the probe over the atoms."""
+        guide = interpolate_surface(
+            self.points, self.normals, GUIDE_DENSITY, threads=self.threads, close=GUIDE_CLOSE
+        )
+        inside = Inside(*guide, self.probes, self.points - SUNKEN * self.normals)
+        lies_inside = inside.winding_numbers(self.centres, self.threads) > INSIDE_OF_ATOM
+        if not lies_inside.all():  # with noise, a place outside agrees with a dot by chance
+            self.centres, self.radii = self.centres[lies_inside], self.radii[lies_inside]
+            found = explain(self.probes, self.normals, self.centres, self.radii, self.model)
+            self.explained = found.kind != UNEXPLAINED
+        balls = ~self.explained
+        return rolled_surface(
+            self.probes, self.centres, self.radii, self.points[balls], self.depth[balls], self.model.probe, inside, guide[0],
+            self.exact, self.threads,
+        )  # fmt: skip
+
+    def with_slices(
+        self, rolled: RolledSurface, dots: RolledDots, density: float, reach: float, steps: int
+    ) -> _Dots:
+        """Return dots of the rolled surface, around balls replaced by points of the interpolant that move onto it."""
         from scipy.spatial import cKDTree  # here: it takes a quarter of a second to load
 
-        around = min(KEPT_AROUND, n_kept)
-        near = np.asarray(cKDTree(kept).query(points, k=around, workers=threads)[1])
-        trusted = np.all(lies_on[near].reshape(len(points), -1), axis=1)
-    nearest = _nearest_facing(index, points, normals, MAX_MOVE, SAME_SIDE, threads)
-    moves = trusted & (nearest >= 0)
-    new = moves.copy()
-    new[:n_kept] = False
-    target = nearest[new]
-    points[new], normals[new] = _onto_sphere(points[new], index.dot[target], surface, atoms, probe)
-    # Between dots on the rebuilt surface, a point of the guide without any of it nearby lies where there is no surface
-    stays = moves | ~trusted
-    stays[:n_kept] = True
-    return points[stays], normals[stays], moves[stays]
+        at_ball, dense = self._at_balls(rolled, dots), dots
+        at_ball_of_dense = at_ball
+        if density < ROLLED_DENSITY:
+            dense = rolled.place(ROLLED_DENSITY)
+            at_ball_of_dense = self._at_balls(rolled, dense)
+        surface = _Dots(*dots.take(~at_ball)[:3])
+        if not at_ball_of_dense.any():
+            return surface
+        replaced = cKDTree(dense.points[at_ball_of_dense])
+        stays = np.asarray(replaced.query(surface.points, distance_upper_bound=BAND)[0]) > BAND
+        surface = _Dots(*(column[stays] for column in surface))
+        around = np.flatnonzero(
+            np.asarray(replaced.query(self.points, distance_upper_bound=AROUND)[0]) < AROUND
+        )
+        if len(around) < MIN_INTERPOLATED:
+            return surface
+        guide = interpolate_surface(
+            self.points[around], self.normals[around], density, reach, steps, self.threads
+        )
+        target = dense.take(~at_ball_of_dense)
+        points, normals = self._moved(guide, around, target)
+        outer = BAND + OVERLAP
+        near = np.asarray(replaced.query(points, distance_upper_bound=outer)[0]) < outer
+        points, normals = points[near], normals[near]
+        # Points of the interpolant apart from one another and from the dots of the rolled surface
+        n, all_points = len(surface.points), np.concatenate([surface.points, points])
+        gap = SEPARATION / math.sqrt(density)
+        chosen = select_separated(build_grid(all_points), np.arange(len(all_points)), gap, len(all_points), n)
+        added = chosen[n:] - n
+        return _Dots(
+            np.concatenate([surface.points, points[added]]),
+            np.concatenate([surface.normals, normals[added]]),
+            np.append(surface.area, np.full(len(added), np.nan)),
+        )
+
+    def _at_balls(self, rolled: RolledSurface, dots: RolledDots) -> np.ndarray:
+        """Return which dots have a probe that touches a ball, (N,) bool."""
+        balls, n = slice(rolled.n_atoms, None), len(dots.points)
+        if rolled.n_atoms == len(rolled.radii):
+            return np.zeros(n, bool)
+        probes = dots.points + self.model.probe * dots.normals
+        reach = rolled.radii[balls] + self.model.probe
+        start, _ = touched_atoms(probes, rolled.centres[balls], reach, TOUCH_OF_BALL)
+        return np.diff(start) > 0
+
+    def _moved(
+        self, guide: tuple[np.ndarray, np.ndarray], around: np.ndarray, target: RolledDots
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return points and normals of the guide of some dots, those between explained dots moved onto the rolled surface."""
+        n, probe, threads = len(around), self.model.probe, self.threads
+        points, normals = guide[0][n:].copy(), guide[1][n:].copy()
+        if not self.has_deep:
+            parallel_map(
+                lambda begin, end: _push_out(self.grid_of_probes, begin, end, probe, points, normals),
+                len(points),
+                threads,
+                POINTS_PER_TASK,
+            )
+        trusted = np.full(len(points), True)
+        explained = self.explained[around]
+        if not explained.all():
+            from scipy.spatial import cKDTree  # here: it takes a quarter of a second to load
+
+            near = np.asarray(
+                cKDTree(self.points[around]).query(points, k=min(KEPT_AROUND, n), workers=threads)[1]
+            )
+            trusted = np.all(explained[near].reshape(len(points), -1), axis=1)
+        index = build_grid(target.points, target.normals, side=MAX_MOVE)
+        nearest = _nearest_facing(index, points, normals, MAX_MOVE, SAME_SIDE, threads)
+        moves = trusted & (nearest >= 0)
+        onto = target.take(index.dot[nearest[moves]])
+        points[moves], normals[moves] = _onto_sphere(points[moves], onto, self.radii, probe)
+        # Between explained dots, a point of the guide without any of the rolled surface nearby lies where there is none
+        stays = moves | ~trusted
+        return points[stays], normals[stays]
 
 
 def _onto_sphere(
-    points: np.ndarray, dots: np.ndarray, surface: Surface, atoms: Atoms, probe: float
+    points: np.ndarray, dots: RolledDots, radii: np.ndarray, probe: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Project points onto the sphere of an atom, or of a probe, on which a dot of the rebuilt surface lies."""
-    contact = surface.kind[dots] == CONTACT
-    radius = np.where(contact, -atoms.radii[surface.atom[dots]], probe)
-    centre = surface.points[dots] + radius[:, None] * surface.normals[dots]
+    """Project each point onto the sphere of an atom, of radii (A,), or of a probe, on which a dot of the rolled surface lies."""
+    contact = dots.kind == CONTACT
+    radius = np.where(contact, -radii[np.where(contact, dots.sphere, 0)], probe)
+    centre = dots.points + radius[:, None] * dots.normals
     outward = (centre - points) * np.sign(radius)[:, None]
     outward /= np.linalg.norm(outward, axis=1, keepdims=True)
     return centre - radius[:, None] * outward, outward
 
 
-def _filled(
-    points: np.ndarray,
-    normals: np.ndarray,
-    moved: np.ndarray,
-    n_kept: int,
-    surface: Surface,
-    density: float,
-    threads: int,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Add the dots of the rebuilt surface around moved points, which close holes, before the guide, and thin what overlaps."""
-    index = build_grid(points[moved], normals[moved], side=FILL)
-    nearest = _nearest_facing(index, surface.points, surface.normals, FILL, EITHER_SIDE, threads)
-    near = np.flatnonzero(nearest >= 0)
-    cosine = np.einsum("ij,ij->i", surface.normals[near], index.normals[nearest[near]])
-    fill = near[cosine > SAME_SIDE]
-    points = np.concatenate([points[:n_kept], surface.points[fill], points[n_kept:]])
-    normals = np.concatenate([normals[:n_kept], surface.normals[fill], normals[n_kept:]])
-    n, gap = len(points), SEPARATION / math.sqrt(density)
-    chosen = select_separated(build_grid(points, side=CELL), np.arange(n), gap, n, n_kept)
-    return points[chosen], normals[chosen]
+def _with_kept(kept: _Dots, dots: _Dots, density: float, threads: int) -> _Dots:
+    """Put kept dots in front of dots: each takes the place and the area of the nearest, which several share."""
+    index = build_grid(dots.points, dots.normals, side=0.5)
+    nearest = _nearest_facing(
+        index, kept.points, kept.normals, PLACE / math.sqrt(density), SAME_SIDE, threads
+    )
+    takes = nearest >= 0
+    replaced = index.dot[nearest[takes]]
+    area = kept.area.copy()
+    area[takes] = dots.area[replaced] / np.bincount(replaced, minlength=len(dots.area))[replaced]
+    stays = np.full(len(dots.area), True)
+    stays[replaced] = False
+    return _Dots(
+        np.concatenate([kept.points, dots.points[stays]]),
+        np.concatenate([kept.normals, dots.normals[stays]]),
+        np.append(area, dots.area[stays]),
+    )
 
 
 def _nearest_facing(

@@ -53,6 +53,18 @@ class SphereModel(NamedTuple):
     tolerance: float  # Å, of the distance between a probe and an atom that touch
 
 
+def model_of(
+    points: np.ndarray,
+    normals: np.ndarray,
+    probe_radius: float | None = None,
+    radii: str | Sequence[float] | np.ndarray | None = None,
+) -> SphereModel:
+    """Return the model of dots (n, 3): the probe radius and the radii, Å, that are given, or those that the dots vote for."""
+    if probe_radius is None or radii is None or len(points) < MIN_DOTS:
+        return vote(points, normals, probe_radius, radii)
+    return known_model(points, normals, probe_radius, radii)
+
+
 def vote(
     points: np.ndarray,
     normals: np.ndarray,
@@ -77,7 +89,7 @@ def vote(
 
 
 def known_model(
-    points: np.ndarray, normals: np.ndarray, probe_radius: float, radii: str | np.ndarray
+    points: np.ndarray, normals: np.ndarray, probe_radius: float, radii: str | Sequence[float] | np.ndarray
 ) -> SphereModel:
     """Return the model of dots (n, 3) whose probe radius and radii, Å, are known, so that no gate has to pass."""
     return _model(_Booth(points, normals), probe_radius, radii, np.nan)

@@ -1,0 +1,390 @@
+"""Which inferred atoms explain which dots, and what the dots that none explains say of further atoms.
+
+The inward normal of a dot points from its probe to one atom (contact dot), lies between the directions to two atoms that the
+probe touches (saddle) or among those to three (concave). A dot with such atoms is explained. An atom that explains no dot is
+removed; where unexplained dots agree on a place, an atom is added.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from sparsurf.kernels import njit
+from sparsurf.patches.index import PatchIndex, build_grid, cells_within, select_separated
+from sparsurf.recovery.spheres.atoms import (
+    CANDIDATE_COLUMNS,
+    MIN_HEIGHT2,
+    MIN_TRIPLE,
+    NEIGHBOURS,
+    append,
+    neighbours,
+)
+from sparsurf.recovery.spheres.votes import SphereModel
+from sparsurf.surfaces.vectors import Vector, add_scaled, cross, dot, point, squared_distance, subtract
+
+UNEXPLAINED, BY_CONTACT, BY_SADDLE, BY_THREE = 0, 1, 2, 3
+MAX_TOUCHED = 12  # atoms of one probe that are tried; in general position a probe touches three
+# rad, half of that between the normal of a dot and the direction or plane that explains it: the rounding of a file with four
+# decimals turns both by 2e-4, and an error of the tolerance the direction to an atom, about 3 Å away, by a third of it
+MIN_ANGLE, ANGLE_PER_TOLERANCE = 1e-3, 1 / 3
+# Sine of the angle between two atoms seen from a probe below which their plane is not fixed, and for one that is added
+MIN_PLANE, MIN_PLANE_OF_NEW = 0.02, 0.1
+MIN_VOLUME, BORDER = 1e-4, -1e-3  # of three directions that span a cone, and of weights on its border
+# Of a place, above the three constraints that fix it: one more agrees by chance once in a thousand places
+MIN_SURPLUS = 1
+ROUNDS = 3  # of added places: dots that one explains free others from what they need; a fourth adds none
+APART = 0.9  # Å, of an added atom from others: shorter than any bond of heavy atoms
+SAME_PROBE = 0.01  # Å, between probe centres that count once
+MAX_PROBES_OF_PLACE = 16  # whose positions are compared with one another
+REACH = 7.0  # Å, between probe centres that touch one atom: the diameter of the largest sphere of centres
+MIN_PROBE_DISTANCE2 = 0.04  # Å^2, between two probes that fix the angle of the second atom of a saddle dot
+BEYOND_DOT, MAX_ANGLE_BETWEEN = 0.02, 2.8  # rad, of the second atom beyond the dot, and between both atoms
+
+
+class Explained(NamedTuple):
+    """How each dot is explained, and the atoms that its probe touches."""
+
+    kind: np.ndarray  # (n,) int8, UNEXPLAINED, BY_CONTACT, BY_SADDLE or BY_THREE
+    used: np.ndarray  # (A,) int64, dots that each atom explains
+    start: np.ndarray  # (n + 1,) int64; the probe of dot i touches the atoms touched[start[i]:start[i + 1]]
+    touched: np.ndarray  # int64
+
+
+def explain(
+    probes: np.ndarray, normals: np.ndarray, centres: np.ndarray, radii: np.ndarray, model: SphereModel
+) -> Explained:
+    """Explain dots with probe centres (n, 3) and unit normals by atoms (A, 3) with radii (A,), Å."""
+    start, touched = touched_atoms(probes, centres, radii + model.probe, 2 * model.tolerance)
+    kind, used = np.zeros(len(probes), np.int8), np.zeros(len(centres), np.int64)
+    _explain(probes, normals, start, touched, centres, _angle(model), kind, used)
+    return Explained(kind, used, start, touched)
+
+
+def _angle(model: SphereModel) -> float:
+    """Return the angle, rad, within which a direction explains a normal: it follows the noise of the positions."""
+    return max(MIN_ANGLE, ANGLE_PER_TOLERANCE * model.tolerance)
+
+
+def completed(
+    probes: np.ndarray, normals: np.ndarray, centres: np.ndarray, radii: np.ndarray, model: SphereModel
+) -> tuple[np.ndarray, np.ndarray, Explained]:
+    """Return the atoms (A, 3) and (A,) that explain dots, those that unexplained dots agree on, and how they explain the dots."""
+    from scipy.spatial import cKDTree  # here: it takes a quarter of a second to load
+
+    grid = build_grid(probes)
+    for _ in range(ROUNDS):
+        centres, radii, found = _explaining(probes, normals, centres, radii, model)
+        unexplained = np.flatnonzero(found.kind == UNEXPLAINED)
+        if len(unexplained) < 3 or len(centres) == 0:
+            break
+        near = neighbours(cKDTree(probes[unexplained]), probes[unexplained], NEIGHBOURS + 1)
+        places = _places(
+            unexplained, unexplained[near], grid, probes, normals, found, centres, model.radii, model.probe,
+            2 * model.tolerance, 2 * _angle(model),
+        )  # fmt: skip
+        places = places[np.lexsort((places[:, 3], -places[:, 4]))]
+        if len(places):
+            places = places[cKDTree(centres).query(places[:, :3])[0] > APART]
+        if len(places) == 0:
+            break
+        grid_of_places = build_grid(places[:, :3])
+        places = places[select_separated(grid_of_places, np.arange(len(places)), APART, len(places), 0)]
+        centres, radii = np.concatenate([centres, places[:, :3]]), np.concatenate([radii, places[:, 3]])
+    return _explaining(probes, normals, centres, radii, model)
+
+
+def _explaining(
+    probes: np.ndarray, normals: np.ndarray, centres: np.ndarray, radii: np.ndarray, model: SphereModel
+) -> tuple[np.ndarray, np.ndarray, Explained]:
+    """Return the atoms (A, 3) and (A,) that explain a dot, and how they explain the dots."""
+    used = explain(probes, normals, centres, radii, model).used > 0
+    centres, radii = centres[used], radii[used]
+    return centres, radii, explain(probes, normals, centres, radii, model)
+
+
+def touched_atoms(
+    probes: np.ndarray, centres: np.ndarray, reach: np.ndarray, tolerance: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """List the spheres (A, 3) of radius `reach` (A,), Å, on which each probe centre (n, 3) lies: first slots, and spheres."""
+    grid = build_grid(centres)
+    start, touched = _touched_atoms(probes, grid, reach[grid.dot], reach.max() + tolerance, tolerance)
+    return start, touched
+
+
+@njit(cache=True, nogil=True)
+def _touched_atoms(
+    probes: np.ndarray, grid: PatchIndex, reach: np.ndarray, outer: float, tolerance: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the lists of `touched_atoms`; `reach` is by position of the grid."""
+    start, touched, n = np.zeros(len(probes) + 1, np.int64), np.empty(4 * len(probes) + 64, np.int64), 0
+    for i in range(len(probes)):
+        x, y, z = probes[i, 0], probes[i, 1], probes[i, 2]
+        a0, a1 = cells_within(x, outer, grid.origin[0], grid.side, grid.shape[0])
+        b0, b1 = cells_within(y, outer, grid.origin[1], grid.side, grid.shape[1])
+        c0, c1 = cells_within(z, outer, grid.origin[2], grid.side, grid.shape[2])
+        for a in range(a0, a1 + 1):
+            for b in range(b0, b1 + 1):
+                if c1 < c0:
+                    continue
+                row = (a * grid.shape[1] + b) * grid.shape[2]
+                for q in range(grid.start[row + c0], grid.start[row + c1 + 1]):
+                    d2 = (grid.xyz[q, 0] - x) ** 2 + (grid.xyz[q, 1] - y) ** 2 + (grid.xyz[q, 2] - z) ** 2
+                    if d2 < outer * outer and abs(math.sqrt(d2) - reach[q]) < tolerance:
+                        if n == len(touched):
+                            longer = np.empty(2 * n, np.int64)
+                            for k in range(n):
+                                longer[k] = touched[k]
+                            touched = longer
+                        touched[n] = grid.dot[q]
+                        n += 1
+        start[i + 1] = n
+    return start, touched[:n].copy()
+
+
+@njit(cache=True, nogil=True)
+def _unit(v: Vector) -> Vector:
+    """Return a vector divided by its length."""
+    length = math.sqrt(dot(v, v))
+    return v[0] / length, v[1] / length, v[2] / length
+
+
+@njit(cache=True, nogil=True)
+def _explain(
+    probes: np.ndarray,
+    normals: np.ndarray,
+    start: np.ndarray,
+    touched: np.ndarray,
+    centres: np.ndarray,
+    angle: float,
+    kind: np.ndarray,
+    used: np.ndarray,
+) -> None:
+    """Write how each dot is explained, with as few atoms as possible, and count the dots of each atom."""
+    directions = np.empty((MAX_TOUCHED, 3))
+    for i in range(len(probes)):
+        first, m = start[i], min(start[i + 1] - start[i], MAX_TOUCHED)
+        inward = (-normals[i, 0], -normals[i, 1], -normals[i, 2])
+        nearest, one = 2.0 * angle, -1
+        for a in range(m):
+            to_atom = _unit(subtract(point(centres, touched[first + a]), point(probes, i)))
+            directions[a, 0], directions[a, 1], directions[a, 2] = to_atom
+            across = cross(to_atom, inward)
+            off = math.sqrt(dot(across, across))
+            if off < nearest and dot(to_atom, inward) > 0:
+                nearest, one = off, a
+        if one >= 0:
+            kind[i] = BY_CONTACT
+            used[touched[first + one]] += 1
+            continue
+        nearest, two = 2.0 * angle, -1
+        for a in range(m):
+            for b in range(a + 1, m):
+                off = _off_plane(point(directions, a), point(directions, b), inward, MIN_PLANE)
+                if off < nearest:
+                    nearest, one, two = off, a, b
+        if two >= 0:
+            kind[i] = BY_SADDLE
+            used[touched[first + one]] += 1
+            used[touched[first + two]] += 1
+            continue
+        for a in range(m):
+            for b in range(a + 1, m):
+                for c in range(b + 1, m):
+                    if kind[i] == UNEXPLAINED and _in_cone(
+                        point(directions, a), point(directions, b), point(directions, c), inward
+                    ):
+                        kind[i] = BY_THREE
+                        used[touched[first + a]] += 1
+                        used[touched[first + b]] += 1
+                        used[touched[first + c]] += 1
+
+
+@njit(cache=True, nogil=True)
+def _off_plane(a: Vector, b: Vector, inward: Vector, least: float) -> float:
+    """Return the angle, rad, by which a direction leaves the plane of two others; infinity if it does not lie between these."""
+    across = cross(a, b)
+    if dot(across, across) < least * least:
+        return np.inf
+    across = _unit(across)
+    if dot(cross(a, inward), across) <= 0 or dot(cross(inward, b), across) <= 0:
+        return np.inf
+    return abs(dot(across, inward))
+
+
+@njit(cache=True, nogil=True)
+def _in_cone(a: Vector, b: Vector, c: Vector, inward: Vector) -> bool:
+    """Return whether a direction lies among three others."""
+    volume = dot(cross(a, b), c)
+    if abs(volume) < MIN_VOLUME:
+        return False
+    weights = (
+        dot(cross(inward, b), c) / volume,
+        dot(cross(a, inward), c) / volume,
+        dot(cross(a, b), inward) / volume,
+    )
+    return min(weights) > BORDER
+
+
+@njit(cache=True, nogil=True)
+def _surplus(
+    place: Vector,
+    reach: float,
+    tolerance: float,
+    angle: float,
+    grid: PatchIndex,
+    probes: np.ndarray,
+    normals: np.ndarray,
+    found: Explained,
+    centres: np.ndarray,
+    distinct: np.ndarray,
+) -> int:
+    """Count the constraints of unexplained dots that a place meets beyond three; below 0 also where a probe is inside.
+
+    A probe that touches it is one, the plane of a saddle dot with a known atom another, and the direction of a contact dot two.
+    """
+    x, y, z = place
+    outer, total, n = reach + tolerance, 0, 0
+    a0, a1 = cells_within(x, outer, grid.origin[0], grid.side, grid.shape[0])
+    b0, b1 = cells_within(y, outer, grid.origin[1], grid.side, grid.shape[1])
+    c0, c1 = cells_within(z, outer, grid.origin[2], grid.side, grid.shape[2])
+    if c1 < c0:
+        return -1
+    for a in range(a0, a1 + 1):
+        for b in range(b0, b1 + 1):
+            row = (a * grid.shape[1] + b) * grid.shape[2]
+            for q in range(grid.start[row + c0], grid.start[row + c1 + 1]):
+                d2 = squared_distance(point(grid.xyz, q), place)
+                if d2 <= (reach - tolerance) ** 2:
+                    return -1
+                i = grid.dot[q]
+                if d2 >= outer**2 or found.kind[i] != UNEXPLAINED:
+                    continue
+                is_new = True
+                for e in range(n):
+                    if squared_distance(point(distinct, e), point(grid.xyz, q)) < SAME_PROBE**2:
+                        is_new = False
+                if is_new:
+                    total += 1
+                    if n < MAX_PROBES_OF_PLACE:
+                        distinct[n, 0], distinct[n, 1], distinct[n, 2] = point(grid.xyz, q)
+                        n += 1
+                to_place = _unit(subtract(place, point(grid.xyz, q)))
+                inward = (-normals[i, 0], -normals[i, 1], -normals[i, 2])
+                across = cross(to_place, inward)
+                if dot(across, across) < angle**2 and dot(to_place, inward) > 0:
+                    total += 2
+                    continue
+                for slot in range(found.start[i], found.start[i + 1]):
+                    to_atom = _unit(subtract(point(centres, found.touched[slot]), point(probes, i)))
+                    if _off_plane(to_place, to_atom, inward, MIN_PLANE_OF_NEW) < angle:
+                        total += 1
+                        break
+    return total - 3
+
+
+@njit(cache=True, nogil=True)
+def _places(
+    unexplained: np.ndarray,
+    near: np.ndarray,
+    grid: PatchIndex,
+    probes: np.ndarray,
+    normals: np.ndarray,
+    found: Explained,
+    centres: np.ndarray,
+    radii: np.ndarray,
+    probe: float,
+    tolerance: float,
+    angle: float,
+) -> np.ndarray:
+    """Return places (m, 5) that unexplained dots fix, by three probes or the plane of a saddle dot, and further ones confirm."""
+    rows, n, distinct = np.empty((64, CANDIDATE_COLUMNS)), 0, np.empty((MAX_PROBES_OF_PLACE, 3))
+    for a in range(len(unexplained)):
+        i = unexplained[a]
+        origin = point(probes, i)
+        for e in range(1, near.shape[1]):
+            j = near[a, e]
+            b = subtract(point(probes, j), origin)
+            if dot(b, b) > REACH**2:
+                break
+            for f in range(e + 1, near.shape[1]):
+                k = near[a, f]
+                c = subtract(point(probes, k), origin)
+                if dot(c, c) > REACH**2:
+                    break
+                if j < i and k < i:
+                    continue  # tried from one of them
+                w = cross(b, c)
+                w2 = dot(w, w)
+                if w2 <= MIN_TRIPLE:
+                    continue
+                middle = add_scaled((0.0, 0.0, 0.0), dot(c, c) / (2 * w2), cross(w, b))
+                middle = add_scaled(middle, dot(b, b) / (2 * w2), cross(c, w))
+                for r in radii:
+                    height2 = (r + probe) ** 2 - dot(middle, middle)
+                    if height2 <= MIN_HEIGHT2:
+                        continue
+                    for sign in range(2):
+                        up = math.sqrt(height2 / w2) * (1 - 2 * sign)
+                        place = add_scaled(add_scaled(origin, 1.0, middle), up, w)
+                        surplus = _surplus(
+                            place,
+                            r + probe,
+                            tolerance,
+                            angle,
+                            grid,
+                            probes,
+                            normals,
+                            found,
+                            centres,
+                            distinct,
+                        )
+                        if surplus >= MIN_SURPLUS:
+                            rows = append(rows, n, place, r, surplus)
+                            n += 1
+        for slot in range(found.start[i], found.start[i + 1]):
+            e1 = _unit(subtract(point(centres, found.touched[slot]), origin))
+            inward = (-normals[i, 0], -normals[i, 1], -normals[i, 2])
+            along = dot(inward, e1)
+            e2 = add_scaled(inward, -along, e1)
+            length = math.sqrt(dot(e2, e2))
+            if length < MIN_PLANE:
+                continue
+            e2 = _unit(e2)
+            beyond = math.atan2(length, along) + BEYOND_DOT
+            for e in range(1, near.shape[1]):
+                v = subtract(point(probes, near[a, e]), origin)
+                v2, x, y = dot(v, v), dot(v, e1), dot(v, e2)
+                if v2 > REACH**2:
+                    break
+                size = math.sqrt(x * x + y * y)
+                if v2 < MIN_PROBE_DISTANCE2:
+                    continue
+                for r in radii:
+                    share = v2 / (2 * (r + probe))
+                    if size <= share:
+                        continue
+                    for sign in range(2):
+                        turn = (math.atan2(y, x) + math.acos(share / size) * (1 - 2 * sign)) % (2 * math.pi)
+                        if turn <= beyond or turn > MAX_ANGLE_BETWEEN:
+                            continue
+                        place = add_scaled(origin, (r + probe) * math.cos(turn), e1)
+                        place = add_scaled(place, (r + probe) * math.sin(turn), e2)
+                        surplus = _surplus(
+                            place,
+                            r + probe,
+                            tolerance,
+                            angle,
+                            grid,
+                            probes,
+                            normals,
+                            found,
+                            centres,
+                            distinct,
+                        )
+                        if surplus >= MIN_SURPLUS:
+                            rows = append(rows, n, place, r, surplus)
+                            n += 1
+    return rows[:n].copy()
