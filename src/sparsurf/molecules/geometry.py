@@ -461,16 +461,20 @@ def refuse_invalid_coordinates(xyz: np.ndarray, number: np.ndarray) -> None:
         raise InputError(f"{FILE} has all atoms at one position: give a file with coordinates.")
 
 
-def refuse_crowded(xyz: np.ndarray, unit: str = "Å", n_to_judge: int = MIN_ATOMS_TO_JUDGE) -> None:
-    """Raise InputError if atoms (A, 3), Å, are closer than bonds allow; `n_to_judge` of them suffice to know."""
+def refuse_crowded(xyz: np.ndarray, unit: str = "Å", n_to_judge: int = MIN_ATOMS_TO_JUDGE) -> float:
+    """Raise InputError if atoms (A, 3), Å, are closer than bonds allow; `n_to_judge` of them suffice to know.
+
+    Return the usual distance of an atom from the nearest other one, 0 of fewer.
+    """
     sample = xyz[:: -(-len(xyz) // SAMPLED_ATOMS)]
     if len(sample) < n_to_judge:
-        return
-    gap = np.median([np.partition(np.linalg.norm(xyz - atom, axis=1), 1)[1] for atom in sample])
+        return 0.0
+    gap = float(np.median([np.partition(np.linalg.norm(xyz - atom, axis=1), 1)[1] for atom in sample]))
     if 0 < gap < MIN_NEIGHBOUR_DISTANCE:
         raise InputError(
             f"{FILE} has atoms {gap:.2f} Å apart, but bonds are 1 Å or longer: give lengths in {unit}."
         )
+    return gap
 
 
 def widest_gap(xyz: np.ndarray) -> tuple[float, int]:

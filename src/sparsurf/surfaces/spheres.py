@@ -24,6 +24,7 @@ from sparsurf.surfaces.radii import radii_of_elements
 log = logging.getLogger("sparsurf")
 
 MIN_RADIUS = 0.5  # Å; the largest radius of a molecule is greater, and no radius in nm is
+MAX_BOND = 1.9  # Å, usual distance of an atom from the nearest one; lengths in Bohr or pm exceed it
 ATOM_OF_SDF = re.compile(r"(?: *-?\d+\.\d{4}){3} +[A-Za-z]")
 MIN_ATOMS_OF_DRAWING = 5  # four atoms in a plane may be a molecule
 V30 = "M  V30 "
@@ -74,7 +75,11 @@ def _spheres(text: str, read: SphereReader) -> Spheres:
         raise InputError(
             f"{FILE} is cut short: line {text.count(chr(10)) + 1} is not complete; copy it again."
         )
-    refuse_crowded(spheres.xyz, n_to_judge=MIN_ATOMS_TO_JUDGE if read is _xyzr else 2)
+    n = len(spheres.radii)
+    gap = refuse_crowded(spheres.xyz, n_to_judge=MIN_ATOMS_TO_JUDGE if read is _xyzr else 2)
+    if gap > MAX_BOND and n >= MIN_ATOMS_TO_JUDGE and read is not _xyzr:
+        message = "%s: half of its %d atoms lie %.1f Å or more from all others, farther than bonds; are lengths in Å?"
+        log.warning(message, FILE, n, gap)
     if spheres.radii.max() < MIN_RADIUS:
         raise InputError(f"{FILE}: its largest radius is {spheres.radii.max():g} Å; give lengths in Å.")
     return spheres

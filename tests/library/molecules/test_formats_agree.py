@@ -6,7 +6,7 @@ from functools import partial
 import gemmi
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 from scipy.io import netcdf_file
 
@@ -379,7 +379,7 @@ def radius_of_gyration(xyz):
 
 
 @given(shift=st.tuples(*[st.floats(0, 1)] * 3), tilted=st.booleans())
-@settings(max_examples=3, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=3, deadline=None, phases=[Phase.generate], derandomize=True)
 @pytest.mark.filterwarnings("ignore")
 def test_every_frame_has_its_own_cell_in_every_format(example, tmp_path_factory, shift, tilted):
     """Three frames that their cells cut, in all text formats with cells: the same positions, cells and radii of gyration."""
@@ -433,7 +433,7 @@ TYPES = {  # of SYBYL, and of force fields
 
 
 @given(data=st.data(), elements=st.lists(st.sampled_from(PALETTE), min_size=2, max_size=14))
-@settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=12, deadline=None, phases=[Phase.generate], derandomize=True)
 def test_every_file_with_radii_has_the_same_spheres(tmp_path_factory, data, elements):
     """A chain of atoms through spheres, PQR, MOL2 and SDF: the same positions, radii, names and area."""
     folder, n = tmp_path_factory.mktemp("a"), len(elements)

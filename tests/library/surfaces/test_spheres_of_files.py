@@ -7,6 +7,7 @@ import pandas as pd
 import pytest
 from scipy.spatial import cKDTree
 
+import formats
 import sparsurf
 from conftest import ROOT
 from sparsurf.cli.command import main
@@ -157,6 +158,21 @@ def test_two_letters_are_an_element_where_the_types_are_those_of_sybyl(
     found = read_spheres(tmp_path / "a.mol2").radii
     assert found.tolist() == [RADII["bondi"].get(element, 2.0) for element in elements.split()]
     assert ("no bondi radius for CA: 2.00" in caplog.text) == ("CA" in elements.split())
+
+
+@pytest.mark.parametrize(("factor", "told"), [(1.0, False), (1.3, False), (1.89, True), (100.0, True)])
+@pytest.mark.parametrize("name", ["a.pqr", "a.sdf", "a.mol2"])
+def test_lengths_that_are_longer_than_bonds_are_told(tmp_path, caplog, name, factor, told):
+    """Lengths in Å, and in Bohr and pm; a chain of carbon."""
+    zigzag = factor * 1.4 * np.array([[0.8 * k, 0.6 * (k % 2), 0.1] for k in range(12)])
+    if name == "a.pqr":
+        formats.pqr(tmp_path / name, zigzag, np.full(12, min(1.7 * factor, 9.0)), ["C"] * 12, columns=False)
+    elif name == "a.sdf":
+        formats.sdf(tmp_path / name, zigzag, ["C"] * 12)
+    else:
+        formats.mol2(tmp_path / name, zigzag, ["C"] * 12, ["C"] * 12, ["C.3"] * 12)
+    read_spheres(tmp_path / name)
+    assert ("are lengths in Å?" in caplog.text) == told
 
 
 def test_a_drawing_is_refused(tmp_path):
