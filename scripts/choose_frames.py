@@ -3,9 +3,9 @@
 from pathlib import Path
 
 from sparsurf_study.workflow.jobs import job
-from sparsurf.molecules.read_molecule import choose_conformations
 from sparsurf.streams import stream
 from sparsurf_study.rounding import write_rounded
+from sparsurf_study.structures import choose_conformations
 
 with job(snakemake) as s:
     molecule, choice = choose_conformations(

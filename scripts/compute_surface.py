@@ -5,10 +5,10 @@ from dataclasses import replace
 from pathlib import Path
 
 from sparsurf_study.workflow.jobs import job
-from sparsurf.molecules.read_molecule import read_study_structure
 from sparsurf.surfaces.components import COMPONENT_FIELD, table_of_components
 from sparsurf.surfaces.formats.npz import write_npz
 from sparsurf.surfaces.molecular_surface import surface_of_molecule
+from sparsurf_study.structures import read_study_structure
 
 with job(snakemake) as s:
     path = Path(s.input.structures, f"{s.wildcards.conformation}.pdb")

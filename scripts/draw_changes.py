@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 
 from sparsurf_study.workflow.jobs import job
-from sparsurf.molecules.read_molecule import read_study_structure, residue_labels
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.views import layout
 from sparsurf.views.viewer.page import DotValues, coloured_page
@@ -15,6 +14,7 @@ from sparsurf_study.pairs.changes import numbered_alike, over_floor
 from sparsurf_study.pairs.matching import on_atoms
 from sparsurf_study.report.figures.changes import changes_figure, highest_shown, seen_alike
 from sparsurf_study.report.page_origin import origin_of_page, with_atoms
+from sparsurf_study.structures import read_study_structure, residue_labels
 
 MEANING = "at its floor", "changed", "below it, or buried"
 

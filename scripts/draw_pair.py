@@ -6,12 +6,12 @@ import numpy as np
 import pandas as pd
 
 from sparsurf_study.workflow.jobs import job
-from sparsurf.molecules.read_molecule import residue_labels
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.views import layout
 from sparsurf.views.viewer.page import DotValues, coloured_page
 from sparsurf_study.report.figures.pair_figures import book_figure, partners_opened, ranks, side_by_side
 from sparsurf_study.report.page_origin import origin_of_page, with_atoms
+from sparsurf_study.structures import residue_labels
 
 with job(snakemake) as s:
     name, dots = s.wildcards.pair, pd.read_csv(s.input.dots, low_memory=False)

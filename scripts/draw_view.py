@@ -7,7 +7,6 @@ from PIL import Image  # matplotlib takes longer to import than all of this to d
 
 from sparsurf_study.workflow.jobs import job
 from sparsurf.evaluation.prepared_surface import PreparedSurface
-from sparsurf.molecules.read_molecule import residue_labels
 from sparsurf.sampling.samplers import farthest
 from sparsurf.surfaces.formats.npz import read_npz, with_fields_of_file
 from sparsurf.views.render import along_smallest_axis, thumbnail
@@ -15,6 +14,7 @@ from sparsurf.views.viewer.page import MAX_DOTS, page, values_of
 from sparsurf_study.analysis.reconstructed import read_reconstructed
 from sparsurf_study.analysis.tables import read_minimal, read_roughness, read_table
 from sparsurf_study.report.page_origin import origin_of_page, with_atoms
+from sparsurf_study.structures import residue_labels
 
 FIRST_PAGE = "surface.html"  # of draw_roughness, in the same folder
 

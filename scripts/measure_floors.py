@@ -3,10 +3,10 @@
 from sparsurf_study.workflow.jobs import job
 from sparsurf.evaluation.floors import floors_table, fresh_dots
 from sparsurf.evaluation.prepared_surface import number_of_tests
-from sparsurf.molecules.read_molecule import read_study_structure
 from sparsurf.surfaces.molecular_surface import surface_generator
 from sparsurf.surfaces.radii import radii
 from sparsurf_study.analysis.tables import read_prepared
+from sparsurf_study.structures import read_study_structure
 
 with job(snakemake) as s:
     rules, d_link = s.settings.surface, s.settings.patches.d_link

@@ -7,7 +7,6 @@ import numpy as np
 
 from sparsurf_study.workflow.jobs import job
 from sparsurf.evaluation.minimal_subset import represent
-from sparsurf.molecules.read_molecule import read_study_structure
 from sparsurf.sampling.combination import PUBLISHED_CHOICES, choices_from_ranges
 from sparsurf.surfaces.components import COMPONENT_FIELD, fields_without_component
 from sparsurf.surfaces.formats.csv import write_csv
@@ -16,6 +15,7 @@ from sparsurf.surfaces.formats.ply import write_ply
 from sparsurf_study.analysis.reconstructed import write_reconstructed
 from sparsurf_study.analysis.tables import read_roughness, read_table
 from sparsurf_study.rounding import write_rounded
+from sparsurf_study.structures import read_study_structure
 
 REMARK = "%s: nothing was evaluated among the kept dots, so the paper's sampling takes the paper's parameters"
 

@@ -3,10 +3,10 @@
 from pathlib import Path
 
 from sparsurf_study.workflow.jobs import job
-from sparsurf.molecules.read_molecule import read_study_structure
 from sparsurf_study.analysis.tables import read_residues
 from sparsurf_study.pairs.matching import by_residue, on_atoms
 from sparsurf_study.report.scenes import script_text
+from sparsurf_study.structures import read_study_structure
 
 COLOUR_QUANTILES = [0.05, 0.95]  # over the residues: both ends of the colour scale
 B_FACTOR_OF_BURIED = -1.0  # of residues without dots

@@ -7,12 +7,12 @@ import numpy as np
 from sparsurf_study.workflow.jobs import job
 from sparsurf.api.scenes import write_bild
 from sparsurf.evaluation.residues import residue_table
-from sparsurf.molecules.read_molecule import read_study_structure
 from sparsurf.surfaces.components import stored_components
 from sparsurf.surfaces.formats.npz import read_npz, with_fields_of_file
 from sparsurf_study.analysis.tables import read_minimal, read_roughness
 from sparsurf_study.report.scenes import script_text
 from sparsurf_study.rounding import write_rounded
+from sparsurf_study.structures import read_study_structure
 
 BURIED = -1.0  # B factor of residues without dots outside of cavities
 

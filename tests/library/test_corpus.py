@@ -36,7 +36,7 @@ from sparsurf.dot_fields.charges import pqr_charges
 from sparsurf.dot_fields.columns import column_of_atoms
 from sparsurf.errors import InputError, naming_file
 from sparsurf.molecules import geometry
-from sparsurf.molecules.read_molecule import read_molecule, read_study_structure
+from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.molecules.trajectory import check_dcd
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.radii import radii
@@ -971,7 +971,7 @@ def test_five_letters_pass_through_a_study(tmp_path):
     path = tmp_path / "a.cif"
     path.write_text(STRUCTURES["components of five letters.cif"][0])
     read_molecule(path, ligands=True).write_pdb(tmp_path / "a.pdb")
-    assert {"A1LU6", "A1LU7"} < set(read_study_structure(tmp_path / "a.pdb").residue_name)
+    assert {"A1LU6", "A1LU7"} < set(read_molecule(tmp_path / "a.pdb", selection="all").residue_name)
 
 
 def test_labels_of_copies_are_known_apart(tmp_path):

@@ -7,19 +7,17 @@ from __future__ import annotations
 
 import logging
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
 from sparsurf.arguments import STRIDE, check_flag, check_plddt
 from sparsurf.errors import FILE, InputError, argument, naming_file
-from sparsurf.files import StrPath, no_warnings, pluralise, shorten
+from sparsurf.files import StrPath, pluralise, shorten
 from sparsurf.molecules.atom_table import AtomFile
 from sparsurf.molecules.build import molecule_of_models, molecule_of_trajectory
 from sparsurf.molecules.card import read_card
-from sparsurf.molecules.conformations import FrameChoice, choose_frames
 from sparsurf.molecules.formats import MOLECULE_FORMATS
 from sparsurf.molecules.geometry import refuse_impossible
 from sparsurf.molecules.gro import read_gro
@@ -221,41 +219,3 @@ def _without_doubtful(molecule: Molecule, origin: str, plddt: float) -> Molecule
         message = "%s: left out %d of %s, whose pLDDT is below %g"
         log.warning(message, FILE, n_masked, pluralise(molecule.n_residues, "residue"), plddt)
     return replace(confident, masked_residues=n_masked)
-
-
-def read_study_structure(path: StrPath) -> Molecule:
-    """Read a structure that a study wrote, without warnings: they were given for the file that it came from."""
-    with no_warnings():
-        return read_molecule(path, selection="all", whole=False)
-
-
-def choose_conformations(
-    structure: str,
-    trajectory: str | None,
-    options: Mapping[str, Any],
-    rng: np.random.Generator,
-    *,
-    stride: int,
-    selection: str | Sequence[int],
-    clusters: str | int,
-) -> tuple[Molecule, FrameChoice]:
-    """Read a molecule and choose its conformations, as the section `frames` of a config asks.
-
-    A single structure is one conformation, since `frames` is about the trajectories of the same study. `options` are those of
-    `read_molecule`.
-    """
-    molecule = read_molecule(structure, trajectory, stride=stride, **options)
-    frames = None if selection == "clusters" else selection
-    if trajectory is None and molecule.n_frames == 1:
-        all_frames = molecule if stride == 1 else read_molecule(structure, **options)
-        if all_frames.n_frames == 1:
-            clusters, frames = "auto", frames and "all"
-    return molecule, choose_frames(molecule, clusters=clusters, frames=frames, rng=rng)
-
-
-def residue_labels(path: StrPath | None) -> list[str]:
-    """Return the residue of each atom of a study's structure, as 'LEU 212 A'; empty without a path."""
-    if not path:
-        return []
-    molecule = read_study_structure(path)
-    return [molecule.residue_label(atom) for atom in range(molecule.n_atoms)]

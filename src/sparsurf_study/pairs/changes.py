@@ -19,7 +19,6 @@ from sparsurf.errors import InputError
 from sparsurf.evaluation.floors import random_rotation, rotate
 from sparsurf.molecules.conformations import BACKBONE, determines_rotation, superpose
 from sparsurf.molecules.molecule import Molecule
-from sparsurf.molecules.read_molecule import read_study_structure
 from sparsurf.settings import SurfaceSettings as SurfaceSettings
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.molecular_surface import surface_generator
@@ -32,6 +31,7 @@ from sparsurf_study.pairs.residue_moments import (
     describe_residues,
     distances,
 )
+from sparsurf_study.structures import read_study_structure
 
 log = logging.getLogger("sparsurf")
 

@@ -10,7 +10,6 @@ import pandas as pd
 
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.molecules.molecule import Molecule
-from sparsurf.molecules.read_molecule import read_study_structure
 from sparsurf.patches.index import D_LINK, PatchIndex, build_index
 from sparsurf.sampling.samplers import get_samplers
 from sparsurf.settings import Settings
@@ -18,6 +17,7 @@ from sparsurf.streams import Streams
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.spacing import refuse_sparse
 from sparsurf.surfaces.surface import Surface
+from sparsurf_study.structures import read_study_structure
 
 INTERFACE = 3.0  # Å; dots nearer than this to the partner's surface are interface (authors' scripts)
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from sparsurf.api.about import About
 from sparsurf.api.origin import OriginRow, rows_of_surface
 from sparsurf.evaluation.minimal_subset import on_molecule
-from sparsurf.molecules.read_molecule import read_study_structure
+from sparsurf_study.structures import read_study_structure
 
 if TYPE_CHECKING:
     from sparsurf.settings import Settings

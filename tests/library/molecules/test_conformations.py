@@ -21,7 +21,7 @@ from sparsurf.molecules.conformations import (
     silhouettes,
     superpose,
 )
-from sparsurf.molecules.read_molecule import choose_conformations, read_molecule
+from sparsurf.molecules.read_molecule import read_molecule
 
 
 @pytest.fixture(scope="session")
@@ -295,30 +295,6 @@ def test_few_frames(moving, caplog):
     pair = moving.take(np.array([4, 16]))  # two atoms, whose distance alone tells frames apart
     assert len(choose_frames(pair, rng=np.random.default_rng(1)).table) > 1
     assert caplog.messages == ["all 2 frames are the same: they are one conformation"]
-
-
-def chosen(folder, text, stride=1, reading=None, trajectory=None, **asked):
-    """Names of the conformations that the study makes of a PDB file, for a asked of `frames`."""
-    frames = {"selection": "clusters", "clusters": "auto", "stride": stride} | asked
-    structure, rng = write(folder / "p.pdb", text), np.random.default_rng(1)
-    choice = choose_conformations(structure, trajectory, reading or {}, rng, **frames)[1]
-    return choice.table["conformation"].tolist()
-
-
-def test_a_single_structure_is_one_conformation_whatever_frames_says(tmp_path):
-    """Beside it a trajectory may be studied; a file of several models has as many frames."""
-    one, models = peptide() + "END\n", "".join(f"MODEL {k}\n{peptide()}ENDMDL\n" for k in (1, 2, 3))
-    assert chosen(tmp_path, one, clusters=3) == chosen(tmp_path, one, stride=5) == ["c1"]
-    for use in ([0, 2], [7], [0], "all"):
-        assert chosen(tmp_path, one, selection=use) == ["f0"]
-    assert chosen(tmp_path, models, selection=[0, 2]) == ["f0", "f2"]
-    assert chosen(tmp_path, models, selection=[0, 2], reading={"model": 2}) == ["f1"]
-    for stride, last in ((1, 2), (5, 0)):
-        with pytest.raises(InputError, match=rf"\[7\] are not among the frames read, 0 to {last}"):
-            chosen(tmp_path, models, selection=[7], stride=stride)
-    mdtraj.load(tmp_path / "p.pdb")[:1].save_xtc(str(tmp_path / "p.xtc"))
-    with pytest.raises(InputError, match=r"\[2\] are not among the frames read, 0 to 0"):
-        chosen(tmp_path, one, selection=[0, 2], trajectory=tmp_path / "p.xtc")
 
 
 def test_molecules_with_few_c_alphas(shared, tmp_path):

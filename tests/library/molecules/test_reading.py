@@ -17,7 +17,7 @@ from sparsurf.molecules.libraries import from_mdtraj
 from sparsurf.molecules.mdtraj_process import iterate_frames
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.pdb import read_pdb, write_pdb
-from sparsurf.molecules.read_molecule import read_molecule, read_study_structure, residue_labels
+from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.molecules.source import open_source
 from sparsurf.molecules.trajectory import FrameStore, read_first_frame
 from sparsurf.molecules.unwrapping import Unwrapping, has_no_box, make_whole
@@ -295,9 +295,6 @@ def test_chains_without_a_name_and_ranges_of_another_chain(tmp_path, caplog):
     caplog.clear()
     assert read_molecule(path, residues="A:3-99").n_residues == 2  # 99 is a residue of B alone
     assert "has no residue 99 of 'A:3-99': it has residues A 1 to 4, B 98 to 101" in caplog.text
-    path = write(tmp_path / "a.pdb", peptide(("ALA", "GLY"), "B", 7) + atom_line("O", "HOH", residue="9"))
-    assert residue_labels(path) == 5 * ["ALA 7 B"] + 5 * ["GLY 8 B"] + ["HOH 9 A"]
-    assert residue_labels(None) == []
 
 
 def test_the_sequence_of_a_chain_that_is_not_chosen_is_not_reported(tmp_path, caplog):
@@ -502,8 +499,6 @@ def test_pdb_cut_by_its_box_is_made_whole_and_a_complex_stays_together(tmp_path)
     )
     path = write(tmp_path / "cut.pdb", lines)
     assert np.abs(read_molecule(path, whole=False).xyz[0] - cut[:20]).max() < 0.001
-    own = write(tmp_path / "own.pdb", lines.partition("\n")[2])
-    assert read_study_structure(own).n_atoms == 20  # taken as it is
     read = read_molecule(path)
     assert np.ptp(read.xyz[0] - whole[:20], axis=0).max() < 0.002  # three decimals, twice
 

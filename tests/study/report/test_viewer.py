@@ -14,7 +14,6 @@ from scipy.spatial.transform import Rotation
 from browser import Browser, programs
 from small_study import run_script, unpacked
 from sparsurf.evaluation.prepared_surface import PreparedSurface
-from sparsurf.molecules.read_molecule import residue_labels
 from sparsurf.patches.readings import words_of
 from sparsurf.recovery.reconstructing import distance_to_reconstructed
 from sparsurf.sampling import published
@@ -29,6 +28,7 @@ from sparsurf.views.viewer import packing
 from sparsurf.views.viewer import page as viewer
 from sparsurf_study.analysis import grid as grids
 from sparsurf_study.analysis import tables
+from sparsurf_study.structures import residue_labels
 
 COMBINATIONS = [(1, 0, 6, 0), (0.2, 0.4, 2, 1), (0.6, 1, 0, 0), (1, 0.5, 10, 10)]
 MINIMAL = [5, 70, 2999]

@@ -24,7 +24,7 @@ from parsed_pages import origin_of
 from peptides import peptide, write
 from small_study import run_script, unpacked
 from sparsurf.evaluation.statistics import mean_interval
-from sparsurf.molecules.read_molecule import read_molecule, read_study_structure
+from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.sampling.combination import PARAMETERS
 from sparsurf.settings import Settings
 from sparsurf.streams import Streams
@@ -44,6 +44,7 @@ from sparsurf_study.pairs.ranking import auc
 from sparsurf_study.pairs.residue_moments import MOMENT_CHANNELS, MOMENT_FIELDS, describe_residues, distances
 from sparsurf_study.report.figures import subsets
 from sparsurf_study.settings import StudySettings as StudySettings
+from sparsurf_study.structures import read_study_structure
 from sparsurf_study.workflow.config import check_config
 
 pytestmark = pytest.mark.slow

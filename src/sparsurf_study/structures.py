@@ -1,0 +1,51 @@
+"""Structures of a study: its conformations, chosen from what a config names, and the files that it wrote of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from sparsurf.files import StrPath, no_warnings
+from sparsurf.molecules.conformations import FrameChoice, choose_frames
+from sparsurf.molecules.molecule import Molecule
+from sparsurf.molecules.read_molecule import read_molecule
+
+
+def read_study_structure(path: StrPath) -> Molecule:
+    """Read a structure that a study wrote, without warnings: they were given for the file that it came from."""
+    with no_warnings():
+        return read_molecule(path, selection="all", whole=False)
+
+
+def choose_conformations(
+    structure: str,
+    trajectory: str | None,
+    options: Mapping[str, Any],
+    rng: np.random.Generator,
+    *,
+    stride: int,
+    selection: str | Sequence[int],
+    clusters: str | int,
+) -> tuple[Molecule, FrameChoice]:
+    """Read a molecule and choose its conformations, as the section `frames` of a config asks.
+
+    A single structure is one conformation, since `frames` is about the trajectories of the same study. `options` are those of
+    `read_molecule`.
+    """
+    molecule = read_molecule(structure, trajectory, stride=stride, **options)
+    frames = None if selection == "clusters" else selection
+    if trajectory is None and molecule.n_frames == 1:
+        all_frames = molecule if stride == 1 else read_molecule(structure, **options)
+        if all_frames.n_frames == 1:
+            clusters, frames = "auto", frames and "all"
+    return molecule, choose_frames(molecule, clusters=clusters, frames=frames, rng=rng)
+
+
+def residue_labels(path: StrPath | None) -> list[str]:
+    """Return the residue of each atom of a study's structure, as 'LEU 212 A'; empty without a path."""
+    if not path:
+        return []
+    molecule = read_study_structure(path)
+    return [molecule.residue_label(atom) for atom in range(molecule.n_atoms)]
