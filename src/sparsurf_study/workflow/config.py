@@ -9,7 +9,7 @@ from pydantic import ValidationError
 
 from sparsurf import kinds
 from sparsurf.errors import InputError
-from sparsurf.files import UNPACK, shorten
+from sparsurf.files import UNPACK, URL_START, shorten
 from sparsurf.molecules.formats import STRUCTURES, suffix
 from sparsurf.settings import OR_INSTALLED, REQUEST_KEYS
 from sparsurf.suggestions import did_you_mean
@@ -168,6 +168,8 @@ def _missing_file(key: str, path: str) -> Iterator[str]:
         yield f"{key}: {shorten(repr(path))} contains a wildcard of Snakemake, {{x}} or <x>; rename that file or folder."
     elif os.path.isdir(path):
         yield f"{key}: {shorten(repr(path))} is a folder; name a file in it."
+    elif not exists and URL_START.match(path):
+        yield f"{key}: {shorten(repr(path))} is a URL; give a file, or a protein by its `url`, which is downloaded."
     elif not exists:
         yield f"{key}: there is no file {shorten(repr(path))} (paths start at {Path.cwd()})."
 

@@ -393,6 +393,7 @@ def pair_of(**keys):
             "minimal.sampler",
             "remove one",
         ),
+        (pair_of(complex="https://a.org/b.pdb", chains=[["A"], ["B"]]), "pairs.p", "is a URL; give a file"),
         (pair_of(complex="no.pdb", chains=[["A"], ["B"]]), "pairs.p", "there is no file 'no.pdb'"),
         (pair_of(files=["README.md", "no.pdb"]), "pairs.p", "there is no file 'no.pdb'"),
         (pair_of(complex="README.md"), "pairs.p", "chains"),
