@@ -20,7 +20,6 @@ from sparsurf.api.about import About
 from sparsurf.api.inputs import MoleculeLike, as_molecule, check_frame, is_subset
 from sparsurf.api.replacing import Companions, beside_mesh, path_of_faces, refuse_replacing
 from sparsurf.api.scenes import SCENES, chimerax_script, is_opened_by, write_scene
-from sparsurf.api.surface_atoms import writers_of_atoms
 from sparsurf.arguments import FRAME, check_flag
 from sparsurf.errors import InputError
 from sparsurf.files import as_path, closed_streams, shorten
@@ -35,13 +34,13 @@ from sparsurf.surfaces.formats.ply import KIND_COLOURS, limits_of, viridis, writ
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.spheres import write_spheres
 from sparsurf.surfaces.surface import ARRAY_NAMES, Reconstruction, Surface
-from sparsurf.surfaces.surface_atoms import SurfaceAtoms
 
 if TYPE_CHECKING:
     import pandas as pd
 
     from sparsurf.evaluation.minimal_subset import Subset
     from sparsurf.surfaces.mesh import Mesh
+    from sparsurf.surfaces.surface_atoms import SurfaceAtoms
 
 SUFFIXES_OF_NUMBERS = kinds.suffixes("fields")  # which have room for numbers at the dots
 # PLY first: most programs open it
@@ -424,7 +423,10 @@ def write(
             f"write: names is {names!r}; it must be a dictionary such as {{'hydropathy': 'hphob'}}."
         )
     is_table = hasattr(result, "iloc")  # of pandas
-    if (is_table or isinstance(result, Molecule | SurfaceAtoms)) and (names or colours is not None):
+    are_surface_atoms = hasattr(
+        result, "is_exact"
+    )  # their module loads kernels, which other results do not need
+    if (is_table or are_surface_atoms or isinstance(result, Molecule)) and (names or colours is not None):
         raise InputError("write: names and colours are about fields of dots and meshes; leave them out.")
     if is_table:
         _refuse_frame(frame, 0)
@@ -433,8 +435,10 @@ def write(
     if isinstance(result, Molecule):
         _write_molecule(result, path, frame)
         return
-    if isinstance(result, SurfaceAtoms):
-        writers = writers_of_atoms(result)
+    if are_surface_atoms:
+        from sparsurf.api.surface_atoms import writers_of_atoms
+
+        writers = writers_of_atoms(cast("SurfaceAtoms", result))
         write_file(path, tuple(writers), writers)
         return
     atoms = None if molecule is None else as_molecule(molecule)
