@@ -8,6 +8,7 @@ From a molecule to a subset of its surface and its worth, arrays in and arrays o
     kept = sparsurf.sample(dots, percent=10)       # a tenth of the dots
     sparsurf.compare(dots, kept)                   # Z and d, next to a random subset
     sparsurf.fields(dots)                          # hydropathy and potential at every dot
+    sparsurf.areas("protein.pdb").residues         # accessible, excluded and buried areas, exactly
     few = sparsurf.surface_atoms("protein.pdb")    # the fewest atoms that determine the surface exactly
     few = sparsurf.minimal(dots)                   # few dots for a mean error of 0.02 Å
     sparsurf.recover(few)                          # the dense surface from them alone; sparsurf.mesh(few) its triangles
@@ -29,6 +30,8 @@ cover          the centres and their patches; every dot lies in at least one
 R, R_i         roughness of the patch of dot i: 1 is flat, 0 is rough
 n_S            number of dots that a sampling keeps
 random subset  dots drawn at random, each with the same chance
+accessible     of an area: where the centre of a probe that touches the atom can be
+excluded       of an area or a surface: the boundary of the space that the probe cannot enter
 surface atoms  the atoms that the probe touches, and inner ones (plugs) that keep it out of the molecule
 minimal subset  few dots from which the surface is reconstructed with a mean error of 0.02 Å, or a requested number
 combination    one choice of (alpha, beta, gamma, delta)
@@ -62,6 +65,7 @@ from sparsurf.kernel_cache import choose_kernel_cache, choose_matplotlib_folder,
 from sparsurf.version import __version__
 
 if TYPE_CHECKING:  # editors and type checkers see what `__getattr__` loads
+    from sparsurf.api.areas import Areas, areas
     from sparsurf.api.atoms import infer_atoms
     from sparsurf.api.depth import depth
     from sparsurf.api.fields import fields, residues
@@ -111,12 +115,14 @@ FUNCTIONS = {
     "fields": "api.fields",
     "residues": "api.fields",
     "depth": "api.depth",
+    "areas": "api.areas",
     "frames": "api.frames",
     "write": "api.writing",
     "show": "api.show",
     "register": "kinds",
 }
 CLASSES = {
+    "Areas": "api.areas",
     "Atoms": "recovery.spheres.atoms",
     "Molecule": "molecules.molecule",
     "Surface": "surfaces.surface",
@@ -127,6 +133,7 @@ CLASSES = {
     "PreparedSurface": "evaluation.prepared_surface",
 }
 __all__ = [
+    "Areas",
     "Atoms",
     "InputError",
     "Mesh",
@@ -137,6 +144,7 @@ __all__ = [
     "Surface",
     "SurfaceAtoms",
     "__version__",
+    "areas",
     "compare",
     "components",
     "density_for",

@@ -28,6 +28,7 @@ SHIFT = np.array([3.33, 1.42, 0])
 SURFACES = (
     "surface peptide.pdb --cavities remove --fields potential,mean_curvature,hbond -o dots.csv",
     "surface peptide.pdb --mesh --density 1 -o mesh.ply",
+    "areas peptide.pdb -o areas.csv",
     "points peptide.pdb -n 40 -o points.npz",
     "points peptide.pdb -n 2000 --fields roughness,hydropathy -o points.ply",
     "recover points.npz -o dense.npz",

@@ -207,6 +207,12 @@ def is_file_of_dots(source: Any) -> bool:
     return isinstance(source, Source) and source.format.name == FILE_OF_DOTS
 
 
+def refuse_dots(function: str, source: Any) -> None:
+    """Raise InputError, in the name of a function that needs atoms, for dots and files of dots."""
+    if isinstance(source, Surface | Points) or is_subset(source) or is_file_of_dots(source):
+        raise InputError(f"{function}: dots hold no atoms; give the molecule that they lie on.")
+
+
 def has_atoms(source: Any) -> bool:
     """Return whether the user gave the path of a molecule, a Molecule, or atoms of another library, rather than dots."""
     source = opened_source(source)

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from sparsurf.api.inputs import MoleculeLike, as_spheres, is_file_of_dots
+from sparsurf.api.inputs import MoleculeLike, as_spheres, refuse_dots
 from sparsurf.arguments import CAVITIES, D_LINK, PROBE, check_choice, check_flag
 from sparsurf.errors import InputError, argument
 from sparsurf.molecules.molecule import Molecule
@@ -88,8 +88,7 @@ def surface_atoms(
     check_choice(radii, [*RADII], "radii")
     check_choice(cavities, CAVITIES, "cavities")
     check_flag(plugs, "plugs")
-    if isinstance(molecule, Surface) or is_file_of_dots(molecule):
-        raise InputError("surface_atoms: dots hold no atoms; give the molecule that they lie on.")
+    refuse_dots("surface_atoms", molecule)
     atoms, frame, sphere_radii = as_spheres(molecule, frame, radii)
     spheres = Spheres(atoms.xyz[frame].round(3), sphere_radii, [])
     of_molecule = atoms if isinstance(atoms, Molecule) else None

@@ -31,6 +31,7 @@ COMMANDS = {
     "surface": "dots with normals of the solvent-excluded surface of a molecule",
     "roughness": "local roughness of every dot",
     "residues": "area, roughness and fields of every residue",
+    "areas": "accessible, excluded and buried area of every atom, residue or chain, exactly",
     "frames": "area, roughness and fields of every residue in every frame of a trajectory",
     "points": "a few points with normals of a structure, or of every structure of a folder",
     "minimal": "keep few dots that represent a surface",
@@ -43,9 +44,9 @@ TERMINAL_WIDTH = 80
 EPILOG = f"""\
 FILE is a structure ({STRUCTURE_LABELS}; with --trajectory also {TOPOLOGY_LABELS}) or a file of dots
 ({" ".join(kinds.suffixes("dots", is_read=True))}; a CSV has the columns x,y,z,nx,ny,nz). Both may be compressed (.gz),
-except for HDF5. `sparsurf frames --help` lists the formats of trajectories. `surface`, `residues`, `frames`, `points` and
-`atoms` accept no dots, and `recover` accepts only dots. All commands but `residues`, `frames` and `recover` also accept files of
-spheres ({" ".join(kinds.suffixes("spheres", is_read=True))}). Lengths are in Å. -o names the file
+except for HDF5. `sparsurf frames --help` lists the formats of trajectories. `surface`, `residues`, `areas`, `frames`, `points`
+and `atoms` accept no dots, and `recover` accepts only dots. All commands but `residues`, `frames` and `recover` also accept files
+of spheres ({" ".join(kinds.suffixes("spheres", is_read=True))}). Lengths are in Å. -o names the file
 of the result, and its suffix determines the format; an existing file of this name is replaced, but never an input. `-o -` writes
 to standard output, and -q prints only warnings and errors. npz and DMS keep the area, kind
 and atom of every dot. Errors are printed on standard error.

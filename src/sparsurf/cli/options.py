@@ -149,8 +149,10 @@ def add_seed(parser: argparse.ArgumentParser, meaning: str) -> None:
     )
 
 
-def add_placement(parser: argparse.ArgumentParser, cavities: str = " keep") -> argparse._ActionsContainer:
-    """Add the group of options that define a surface; `cavities` says which rule for cavities holds by default."""
+def add_placement(
+    parser: argparse.ArgumentParser, cavities: str | None = " keep"
+) -> argparse._ActionsContainer:
+    """Add the group of options that define a surface; `cavities` says which rule for cavities holds by default, None without."""
     group = parser.add_argument_group("surface of a structure")
     help_text = f"radius of the probe in Å (default {PROBE_RADIUS:g})"
     group.add_argument("--probe-radius", type=number_within(PROBE), help=help_text)
@@ -159,11 +161,11 @@ def add_placement(parser: argparse.ArgumentParser, cavities: str = " keep") -> a
         choices=[*RADII],
         help="table of atomic radii, of the program DMS or of Bondi (default dms)",
     )
-    group.add_argument(
-        "--cavities",
-        choices=CAVITIES,
-        help=f"whether to keep or remove the walls of closed cavities inside the molecule (default{cavities})",
-    )
+    if cavities is not None:
+        help_text = (
+            f"whether to keep or remove the walls of closed cavities inside the molecule (default{cavities})"
+        )
+        group.add_argument("--cavities", choices=CAVITIES, help=help_text)
     return group
 
 

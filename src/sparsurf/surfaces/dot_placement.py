@@ -351,7 +351,7 @@ def _contact_dots(
 
 
 @njit(cache=True, nogil=True)
-def _band_area(radius: float, probe: float, turn: float, low: float, high: float) -> float:
+def band_area(radius: float, probe: float, turn: float, low: float, high: float) -> float:
     """Return the area between two thetas on an arc of angle `turn`."""
     return turn * probe * (radius * (high - low) - probe * (math.sin(high) - math.sin(low)))
 
@@ -363,7 +363,7 @@ def _n_dots_of_strip(radius: float, turn: float, spacing: float) -> int:
 
 
 @njit(cache=True, nogil=True)
-def _bands(arc: np.ndarray, probe: float) -> tuple[tuple[float, float], tuple[float, float]]:
+def bands(arc: np.ndarray, probe: float) -> tuple[tuple[float, float], tuple[float, float]]:
     """Return the two ranges of theta of an arc; the first is empty unless the torus intersects itself (spindle)."""
     low, high = arc[THETA_I], arc[THETA_J]
     if arc[ARC_RADIUS] >= probe:
@@ -382,7 +382,7 @@ def _saddle_dots(arcs: np.ndarray, pair: np.ndarray, probe: float, spacing: floa
     for b in range(len(arcs) - 1, -1, -1):
         arc = arcs[b]
         radius, turn = arc[ARC_RADIUS], arc[PHI_1] - arc[PHI_0]
-        for low, high in _bands(arc, probe):
+        for low, high in bands(arc, probe):
             if high <= low:
                 continue
             n_strips = max(1, int(probe * (high - low) / row_spacing + 0.5))
@@ -396,7 +396,7 @@ def _saddle_dots(arcs: np.ndarray, pair: np.ndarray, probe: float, spacing: floa
                 theta = high - (strip + 0.5) * width
                 n = _n_dots_of_strip(radius - probe * math.cos(theta), turn, spacing)
                 if exact:
-                    area = _band_area(radius, probe, turn, theta - width / 2, theta + width / 2) / max(n, 1)
+                    area = band_area(radius, probe, turn, theta - width / 2, theta + width / 2) / max(n, 1)
                     owner = pair[b, int(2 * theta > arc[THETA_I] + arc[THETA_J])]
                     if n == 0:
                         # Too narrow for a dot: one for every area of `cell`, once half of it has accumulated
@@ -405,7 +405,7 @@ def _saddle_dots(arcs: np.ndarray, pair: np.ndarray, probe: float, spacing: floa
                             continue
                         n, area, carried = 1, cell, carried - cell
                 else:
-                    area = _band_area(radius, probe, turn, low, high) / max(n_band, 1)
+                    area = band_area(radius, probe, turn, low, high) / max(n_band, 1)
                     owner = pair[b, int(2 * filled < n_filled)]
                 # The dots of a strip face the gaps of the previous one
                 offset = 0.5 if filled % 2 == 0 else 1.0

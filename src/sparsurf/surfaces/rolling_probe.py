@@ -36,6 +36,7 @@ from sparsurf.surfaces.vectors import (
 # Columns of a row of `arcs`; the first four hold vectors
 T, E1, E2, U, ARC_RADIUS, PHI_0, PHI_1, THETA_I, THETA_J = 0, 3, 6, 9, 12, 13, 14, 15, 16
 N_ARC_COLUMNS = 17
+WHOLE = -1  # number of parts of a circle that nothing has been cut out of
 OPEN, CLOSED, MIXED = 0, 1, 2  # of an atom: where the probes that touch it lie
 
 
@@ -195,38 +196,47 @@ def without_covered_circles(atoms: RolledAtoms) -> RolledAtoms:
 
 
 @njit(cache=True, nogil=True)
+def cut_out(parts: np.ndarray, m: int, begin: float, half: float, cutter: int, other: np.ndarray) -> int:
+    """Cut an interval of phi, `half` wide on each side, out of m parts of a circle, or out of a `WHOLE` one.
+
+    What remains is written to `other`, with the cutters at its ends; return the number of its parts.
+    """
+    if m == WHOLE:
+        other[0, 0], other[0, 1] = begin + 2 * half, begin + 2 * math.pi
+        other[0, 2], other[0, 3] = cutter, cutter
+        return 1
+    left = 0
+    for p in range(m):
+        low, high = parts[p, 0], parts[p, 1]
+        # The covered interval that begins next after low; the previous one may reach into the part
+        begin += 2 * math.pi * math.ceil((low - begin) / (2 * math.pi))
+        end = begin + 2 * half
+        new_low, new_high = max(low, end - 2 * math.pi), min(high, begin)
+        if new_high > new_low:
+            other[left, 0], other[left, 1] = new_low, new_high
+            other[left, 2] = parts[p, 2] if new_low == low else cutter
+            other[left, 3] = parts[p, 3] if new_high == high else cutter
+            left += 1
+        if end < high:
+            other[left, 0], other[left, 1] = end, high
+            other[left, 2], other[left, 3] = cutter, parts[p, 3]
+            left += 1
+    return left
+
+
+@njit(cache=True, nogil=True)
 def _free_parts(
     row: np.ndarray, atoms: RolledAtoms, cutter: np.ndarray, n: int, parts: np.ndarray, other: np.ndarray
 ) -> np.ndarray:
     """Cut the arcs that n spheres cover out of a circle; rows are low and high phi, and the cutters (slots) that end there."""
-    m = 0
+    m = WHOLE
     for c in range(n):
         k = atoms.near[cutter[c]]
         w = subtract(point(atoms.centre, k), vector_at(row, T))
         p1, p2 = dot(w, vector_at(row, E1)), dot(w, vector_at(row, E2))
         depth = row[ARC_RADIUS] ** 2 + dot(w, w) - atoms.reach[k] ** 2
         half = math.acos(max(-1.0, min(1.0, depth / (2 * row[ARC_RADIUS] * math.hypot(p1, p2)))))
-        begin = math.atan2(p2, p1) - half
-        if c == 0:
-            parts[0, 0], parts[0, 1] = begin + 2 * half, begin + 2 * math.pi
-            parts[0, 2], parts[0, 3], m = cutter[0], cutter[0], 1
-            continue
-        left = 0
-        for p in range(m):
-            low, high = parts[p, 0], parts[p, 1]
-            # The covered interval that begins next after low; the previous one may reach into the part
-            begin += 2 * math.pi * math.ceil((low - begin) / (2 * math.pi))
-            end = begin + 2 * half
-            new_low, new_high = max(low, end - 2 * math.pi), min(high, begin)
-            if new_high > new_low:
-                other[left, 0], other[left, 1] = new_low, new_high
-                other[left, 2] = parts[p, 2] if new_low == low else cutter[c]
-                other[left, 3] = parts[p, 3] if new_high == high else cutter[c]
-                left += 1
-            if end < high:
-                other[left, 0], other[left, 1] = end, high
-                other[left, 2], other[left, 3] = cutter[c], parts[p, 3]
-                left += 1
+        left = cut_out(parts, m, math.atan2(p2, p1) - half, half, cutter[c], other)
         parts, other, m = other, parts, left
         if m == 0:
             break

@@ -68,6 +68,8 @@ CALLS = [
         "frame": 1, "probe_radius": 1.6, "radii": "bondi"}),
     ("surface_atoms", lambda g, **k: sparsurf.surface_atoms(PROTEIN, **k).to_frame(), {}, {
         "cavities": "remove", "plugs": False}),
+    ("areas", lambda g, **k: sparsurf.areas(g.frames, **k).residues, {}, {
+        "frame": 1, "probe_radius": 1.6, "radii": "bondi"}),
     ("points", lambda g, **k: sparsurf.points(g.frames, **k), {"n_dots": 40}, {
         "n_dots": 41, "density": NOT_N | {"density": 0.5}, "fields": ["hydropathy"], **SEED, "frame": 1, "probe_radius": 1.6,
         "radii": "bondi"}),

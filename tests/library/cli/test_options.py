@@ -26,6 +26,7 @@ CALLS = {  # with which options are combined
     "show": ("two.pdb", "--no-open", {}),
     "frames": ("two.pdb", "", {}),
     "atoms": ("two.pdb", "", {}),
+    "areas": ("two.pdb", "", {}),
 }
 OF_ATOMS = {
     "--chains A": {"chains": "A"},
@@ -77,6 +78,7 @@ OPTIONS = {
     "frames": {"": {}, **{words: keys for words, keys in OF_ATOMS.items() if "frame" not in keys}, **HYDROPATHY, **PLACED,
      **CAGED, "--stride 2": {"stride": 2}},
     "atoms": {"": {}, **OF_ATOMS, **PLACED, **CAGED},
+    "areas": {"": {}, **OF_ATOMS, **PLACED, "--of chains": {"of": "chains"}},
 }  # fmt: skip
 FILES = {  # in which an option has an effect
     "--assembly": "apart.pdb",
@@ -241,6 +243,11 @@ def atoms(file, keys, out):
     return read(out / "own.pdb")
 
 
+def areas(file, keys, out):
+    computed = sparsurf.areas(molecule_of(file, keys), **some(keys, "frame", "probe_radius", "radii"))
+    return getattr(computed, keys.get("of", "residues"))
+
+
 def points(file, keys, out):
     sizes = some(keys, "density") or some(keys, "n_dots")
     settings = some(keys, "fields", "seed", "frame", "probe_radius", "radii", "cavities")
@@ -263,7 +270,19 @@ def frames(file, keys, out):
 
 WANTED = {
     wanted.__name__: wanted
-    for wanted in (surface, residues, roughness, descriptors, minimal, recover, points, show, frames, atoms)
+    for wanted in (
+        surface,
+        residues,
+        roughness,
+        descriptors,
+        minimal,
+        recover,
+        points,
+        show,
+        frames,
+        atoms,
+        areas,
+    )
 }
 
 

@@ -1,0 +1,276 @@
+"""Exact areas of the atoms of a molecule, from the arcs of the rolled probe and without dots.
+
+The accessible area of an atom is that of the part of its sphere of probe centres that lies in no other such sphere; scaled to the
+sphere of the atom, it is the contact part of the excluded area. A part of a sphere is measured by the cone from a fixed pole over
+its border: the signed areas between the pole and the arcs of the border sum to the solid angle, but for a multiple of 4 pi.
+
+The saddles have closed formulas; where a torus intersects itself, its part beyond the axis is left out. A concave triangle of a
+fixed probe may enter other probes beyond the plane of its three atoms. There only fixed probes matter: a point of the triangle is
+nearer to its probe than to all other accessible centres until the line from the probe reaches the region of another fixed probe.
+What remains is the part of a sphere outside of several caps, whose area follows from the arcs of their circles as above.
+
+Saddle and concave area belong to the atoms that dots at their places belong to (`dot_placement`): a saddle is divided halfway in
+theta, a concave triangle by nearest centre. Lengths in Å, areas in Å^2, angles in rad.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from sparsurf.kernels import njit
+from sparsurf.surfaces.dot_placement import (
+    at_least_one_probe,
+    band_area,
+    bands,
+    checked_spheres,
+    relative_positions,
+)
+from sparsurf.surfaces.rolling_probe import (
+    ARC_RADIUS,
+    CLOSED,
+    E1,
+    E2,
+    PHI_0,
+    PHI_1,
+    THETA_I,
+    THETA_J,
+    WHOLE,
+    EnclosedCentres,
+    Rolling,
+    U,
+    blocker,
+    cut_out,
+    no_enclosed_centres,
+    roll,
+)
+from sparsurf.surfaces.vectors import (
+    Cells,
+    Vector,
+    add_scaled,
+    cell_column,
+    cross,
+    dot,
+    doubled,
+    point,
+    sort_into_cells,
+    squared_distance,
+    subtract,
+    vector_at,
+)
+
+POLE = (0.36, 0.48, 0.8)  # of the cones, a unit vector in no special direction
+LONGEST_PIECE = 2.0  # rad, of an arc under one cone; the ends of a longer one may lie opposite to each other
+NO_SOLID_ANGLE = 1e-6  # sr; below it, one direction decides whether a sphere is covered or free
+ROUNDING = 1e-9  # Å^2, far above that of areas; atoms that no other chain touches lose no area
+N_FIXED_CAPS = 5  # of a concave triangle: three sides, and the two atoms that are nearer
+
+
+class AtomAreas(NamedTuple):
+    """Areas of each of A atoms, Å^2; zero for atoms that lie at the position of another one."""
+
+    accessible: np.ndarray  # (A,) float64
+    buried: np.ndarray  # (A,) float64, accessible area that atoms of other chains take
+    excluded: np.ndarray  # (A,) float64
+
+
+def areas_of_spheres(
+    xyz: np.ndarray, radii: np.ndarray, probe: float, chain: np.ndarray, with_excluded: bool = True
+) -> AtomAreas:
+    """Compute the areas of spheres at `xyz` (A, 3) with `radii`, Å, which belong to the chains `chain` (A,)."""
+    areas = AtomAreas(*np.zeros((3, len(xyz))))
+    xyz, radii, kept = checked_spheres(xyz, radii, probe)
+    rolling = roll(np.add(*relative_positions(xyz)), radii + probe)
+    accessible = accessible_areas(rolling, no_enclosed_centres(rolling))
+    areas.accessible[kept] = accessible
+    areas.buried[kept] = _buried_areas(rolling, accessible, chain[kept])
+    if with_excluded:
+        areas.excluded[kept] = _excluded_areas(rolling, accessible, probe)
+    return areas
+
+
+def _buried_areas(rolling: Rolling, accessible: np.ndarray, chain: np.ndarray) -> np.ndarray:
+    """Compute the area (A,) of each atom that is accessible where its chain is alone, and not in the presence of all chains."""
+    buried, names = np.zeros(len(chain)), np.unique(chain)
+    for name in names if len(names) > 1 else ():
+        own = np.flatnonzero(chain == name)
+        alone = roll(rolling.atoms.centre[own], rolling.atoms.reach[own])
+        buried[own] = accessible_areas(alone, no_enclosed_centres(alone)) - accessible[own]
+    return np.where(buried > ROUNDING, buried, 0.0)
+
+
+def accessible_areas(rolling: Rolling, enclosed: EnclosedCentres) -> np.ndarray:
+    """Compute the area of probe centres around each atom of a rolled probe, (A,) Å^2, without the enclosed ones."""
+    solid = np.zeros(len(rolling.atoms.centre))
+    _add_cones(rolling, enclosed.arcs, solid)
+    _resolve(rolling, solid)
+    solid[enclosed.atoms == CLOSED] = 0.0
+    return rolling.atoms.reach**2 * solid
+
+
+def _excluded_areas(rolling: Rolling, accessible: np.ndarray, probe: float) -> np.ndarray:
+    """Compute the excluded area of each atom, (A,) Å^2, from its accessible area."""
+    excluded = accessible * (1 - probe / rolling.atoms.reach) ** 2
+    _add_saddles(rolling, probe, excluded)
+    _add_concave(rolling, sort_into_cells(at_least_one_probe(rolling.probes), 2 * probe), probe, excluded)
+    return excluded
+
+
+@njit(cache=True, nogil=True)
+def _triangle(a: Vector, b: Vector, c: Vector) -> float:
+    """Return the signed area of a triangle on the unit sphere, positive counterclockwise, up to a multiple of 4 pi."""
+    return 2 * math.atan2(dot(a, cross(b, c)), 1 + dot(a, b) + dot(b, c) + dot(c, a))
+
+
+@njit(cache=True, nogil=True)
+def _cone(axis: Vector, height: float, e1: Vector, e2: Vector, low: float, high: float) -> float:
+    """Return the signed area between the pole and an arc of a circle on the unit sphere, outside of its cap on the left.
+
+    The cap lies beyond `height` along the axis. Positions on the circle are height axis + r (cos phi e1 + sin phi e2), where
+    e2 = e1 x axis.
+    """
+    radius = math.sqrt(max(0.0, 1 - height * height))
+    n = max(1, math.ceil((high - low) / LONGEST_PIECE))
+    middle, opposite = add_scaled((0.0, 0.0, 0.0), height, axis), (-axis[0], -axis[1], -axis[2])
+    area, before = (1 + height) * (high - low), (0.0, 0.0, 0.0)
+    for k in range(n + 1):
+        phi = low + (high - low) * k / n
+        here = add_scaled(middle, radius * math.cos(phi), e1)
+        here = add_scaled(here, radius * math.sin(phi), e2)
+        if k > 0:
+            area += _triangle(POLE, before, here) - _triangle(opposite, before, here)
+        before = here
+    return area
+
+
+@njit(cache=True, nogil=True)
+def _add_cones(rolling: Rolling, left_out: np.ndarray, solid: np.ndarray) -> None:
+    """Add the cones of all arcs except some (B,) to the solid angles of their two atoms."""
+    for b in range(len(rolling.arcs)):
+        if left_out[b]:
+            continue
+        arc = rolling.arcs[b]
+        axis, e1, e2 = vector_at(arc, U), vector_at(arc, E1), vector_at(arc, E2)
+        low, high = arc[PHI_0], arc[PHI_1]
+        solid[rolling.pair[b, 0]] += _cone(axis, -math.sin(arc[THETA_I]), e1, e2, low, high)
+        # Seen from the other atom, the axis and the sense of phi are reversed
+        axis, e2 = (-axis[0], -axis[1], -axis[2]), (-e2[0], -e2[1], -e2[2])
+        solid[rolling.pair[b, 1]] += _cone(axis, math.sin(arc[THETA_J]), e1, e2, -high, -low)
+
+
+@njit(cache=True, nogil=True)
+def _resolve(rolling: Rolling, solid: np.ndarray) -> None:
+    """Bring solid angles into the range 0 to 4 pi; where both ends fit, the pole decides, which one of them covers wholly."""
+    whole = 4 * math.pi
+    for i in range(len(solid)):
+        rest = solid[i] - whole * round(solid[i] / whole)
+        if abs(rest) < NO_SOLID_ANGLE:
+            top = add_scaled(point(rolling.atoms.centre, i), rolling.atoms.reach[i], POLE)
+            rest += whole if blocker(top, i, rolling.atoms, -1) < 0 else 0.0
+        elif rest < 0:
+            rest += whole
+        solid[i] = min(whole, max(0.0, rest))
+
+
+@njit(cache=True, nogil=True)
+def _add_saddles(rolling: Rolling, probe: float, area: np.ndarray) -> None:
+    """Add the area of the saddle along each arc to its two atoms."""
+    for b in range(len(rolling.arcs)):
+        arc = rolling.arcs[b]
+        radius, turn = arc[ARC_RADIUS], arc[PHI_1] - arc[PHI_0]
+        halfway = (arc[THETA_I] + arc[THETA_J]) / 2
+        for low, high in bands(arc, probe):
+            if low < min(high, halfway):
+                area[rolling.pair[b, 0]] += band_area(radius, probe, turn, low, min(high, halfway))
+            if max(low, halfway) < high:
+                area[rolling.pair[b, 1]] += band_area(radius, probe, turn, max(low, halfway), high)
+
+
+@njit(cache=True, nogil=True)
+def _write_cap(caps: np.ndarray, row: int, axis: Vector, height: float) -> None:
+    """Write the cap of the unit sphere beyond the plane v . axis = height; the axis need not be a unit vector."""
+    length = max(math.sqrt(dot(axis, axis)), 1e-300)
+    caps[row, 0], caps[row, 1], caps[row, 2] = axis[0] / length, axis[1] / length, axis[2] / length
+    caps[row, 3] = height / length
+
+
+@njit(cache=True, nogil=True)
+def _add_concave(rolling: Rolling, cells: Cells, probe: float, area: np.ndarray) -> None:
+    """Add the area of the triangle of each fixed probe, without its parts inside of other probes, to its three atoms."""
+    centre, reach = rolling.atoms.centre, rolling.atoms.reach
+    caps = np.empty((64, 4))
+    for q in range(len(rolling.probes)):
+        at = point(rolling.probes, q)
+        i, j, k = rolling.triple[q, 0], rolling.triple[q, 1], rolling.triple[q, 2]
+        to_i, to_j, to_k = (
+            subtract(point(centre, i), at),
+            subtract(point(centre, j), at),
+            subtract(point(centre, k), at),
+        )
+        if dot(cross(to_i, to_j), to_k) < 0:
+            j, k, to_j, to_k = k, j, to_k, to_j
+        corner, to = (i, j, k), (to_i, to_j, to_k)
+        plane = (0.0, 0.0, 0.0)
+        for side in range(3):
+            outwards = cross(to[(side + 1) % 3], to[side])
+            _write_cap(caps, side, outwards, 0.0)
+            plane = add_scaled(plane, -1.0, outwards)
+        n = N_FIXED_CAPS
+        # Only a triangle that reaches beyond the plane of its atoms can enter another probe
+        if dot(plane, to_i) < probe * math.sqrt(dot(plane, plane)):
+            for c in range(9):
+                slot, last = cell_column(cells, at, c)
+                while slot < len(cells.key) and cells.key[slot] <= last:
+                    other = cells.order[slot]
+                    slot += 1
+                    d2 = squared_distance(point(rolling.probes, other), at)
+                    if other == q or d2 >= 4 * probe * probe:
+                        continue
+                    if n == len(caps):
+                        caps = doubled(caps)
+                    _write_cap(caps, n, subtract(point(rolling.probes, other), at), d2 / (2 * probe))
+                    n += 1
+        for own in range(3):
+            for step in range(1, 3):
+                nearer = (own + step) % 3
+                # Distances from both atoms are equal where v . axis has this height
+                height = (reach[corner[nearer]] ** 2 - reach[corner[own]] ** 2) / (2 * probe)
+                _write_cap(caps, 2 + step, subtract(to[nearer], to[own]), height)
+            area[corner[own]] += probe * probe * _area_outside(caps, n)
+
+
+@njit(cache=True, nogil=True)
+def _area_outside(caps: np.ndarray, n: int) -> float:
+    """Return the area of the unit sphere outside of n caps, of which some leave less than a half of it."""
+    area = 0.0
+    parts, other = np.empty((n + 1, 4)), np.empty((n + 1, 4))
+    for c in range(n):
+        axis, height = point(caps, c), caps[c, 3]
+        if height <= -1:
+            return 0.0
+        if height >= 1:
+            continue
+        flat = math.hypot(axis[0], axis[2])
+        e1 = (-axis[2] / flat, 0.0, axis[0] / flat) if flat > 0 else (1.0, 0.0, 0.0)
+        e2 = cross(e1, axis)
+        m = WHOLE
+        for k in range(n):
+            if k == c or m == 0 or caps[k, 3] >= 1:
+                continue
+            # Of a position on the circle: inside the cap k where cos(phi - middle) exceeds `limit`
+            p1, p2 = dot(point(caps, k), e1), dot(point(caps, k), e2)
+            wide = math.sqrt(1 - height * height) * math.hypot(p1, p2)
+            limit = caps[k, 3] - height * dot(point(caps, k), axis)
+            if limit <= -wide:
+                m = 0
+            elif limit < wide:
+                half = math.acos(limit / wide)
+                m = cut_out(parts, m, math.atan2(p2, p1) - half, half, k, other)
+                parts, other = other, parts
+        if m == WHOLE:
+            area += _cone(axis, height, e1, e2, 0.0, 2 * math.pi)
+        for p in range(m):
+            area += _cone(axis, height, e1, e2, parts[p, 0], parts[p, 1])
+    return max(0.0, area - 4 * math.pi * round(area / (4 * math.pi)))
