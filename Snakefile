@@ -152,6 +152,7 @@ rule compute_surface:
         surface="results/{run}/{protein}/{conformation}/surface.npz",
         structure="results/{run}/{protein}/{conformation}/structure.pdb",
         components="results/{run}/{protein}/{conformation}/components.csv",
+        surface_atoms="results/{run}/{protein}/{conformation}/surface_atoms.csv",
     log:
         "results/{run}/logs/{protein}/{conformation}/compute_surface.log",
     wildcard_constraints:

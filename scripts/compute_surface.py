@@ -8,6 +8,7 @@ from sparsurf_study.workflow.jobs import job
 from sparsurf.surfaces.components import COMPONENT_FIELD, table_of_components
 from sparsurf.surfaces.formats.npz import write_npz
 from sparsurf.surfaces.molecular_surface import surface_of_molecule
+from sparsurf.surfaces.surface_atoms import atoms_of_dots
 from sparsurf_study.structures import read_study_structure
 
 with job(snakemake) as s:
@@ -15,5 +16,6 @@ with job(snakemake) as s:
     dots = surface_of_molecule(read_study_structure(path), s.settings.surface, s.params.d_link, s.place)
     component = dots.known_components(s.place)
     table_of_components(dots, component).to_csv(s.output.components, index=False, float_format="%.2f")
+    atoms_of_dots(dots).to_frame().to_csv(s.output.surface_atoms, index=False)
     write_npz(s.output.surface, replace(dots, fields={COMPONENT_FIELD: component}))
     shutil.copyfile(path, s.output.structure)

@@ -13,20 +13,21 @@ import sparsurf
 from sparsurf_study.workflow.jobs import Job, reporter
 from measures import rebuilding
 from measures.opponents import TRIANGLE, VERTEX, dots_on
-from measures.surface_atoms import TEST_DENSITY, Spheres, largest_distance
+from measures.surface_atoms import Spheres, largest_distance
 from sparsurf.surfaces.exact_distance import exact_distance
 from sparsurf.surfaces.mesh import molecular_mesh
 from sparsurf.surfaces.molecular_surface import RolledFrame, roll_spheres
 from sparsurf.surfaces.radii import PROBE_RADIUS
 from sparsurf.surfaces.radii import radii as radii_of
 
+TEST_DENSITY = 1.0  # dots per Å^2 from which errors are measured
 BITS = 10  # of a coordinate along the longest side
 DRACO_BITS = 12
 FLOAT = 4  # bytes
 NUMBERS_OF_A_DOT, NUMBERS_OF_AN_ATOM = 6, 4
 REQUESTED = 0.02  # Å, mean error at which ways to store a surface are compared
-FEWEST, MOST = 1.0, 15.0  # vertices per Å^2 between which a mesh of this error is sought
-HALVINGS = 6
+FEWEST, MOST = 4.0, 14.0  # vertices per Å^2 between which a mesh of this error is sought
+HALVINGS = 4
 
 
 def rounded(spheres: Spheres) -> tuple[Spheres, float]:

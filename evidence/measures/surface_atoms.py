@@ -12,6 +12,7 @@ import time
 from collections.abc import Callable
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -28,15 +29,14 @@ from sparsurf.surfaces.radii import PROBE_RADIUS
 from sparsurf.surfaces.spheres import write_spheres
 
 Spheres = tuple[np.ndarray, np.ndarray]  # centres (A, 3) and radii (A,), Å
-TEST_DENSITY = 1.0  # dots per Å^2 from which distances are measured
+TEST_DENSITY = 0.3  # dots per Å^2 from which distances are measured
 MANY_ATOMS = 10_000  # above which only one probe is tried
 MSMS_CLOSE = 0.01  # %, of its area on all atoms
 AREA_OF_MSMS = re.compile(r"NUMERICAL VOLUMES AND AREA\n.*\n((?: +\d+ +\S+ +\S+ +\S+\n)+)")
 
 
-def cpu_seconds(call: Callable[[], object]) -> tuple[float, object]:
-    """Return the CPU time of the second of two calls, and its result."""
-    call()
+def cpu_seconds(call: Callable[[], Any]) -> tuple[float, Any]:
+    """Return the CPU time of a call whose kernels are loaded, and its result."""
     before = time.process_time()
     result = call()
     return time.process_time() - before, result
@@ -86,30 +86,32 @@ def by_freesasa(spheres: Spheres) -> float:
     return freesasa.calcCoord(spheres[0].ravel(), spheres[1]).totalArea()
 
 
-def measure_one(spheres: Spheres, probe: float) -> dict[str, float]:
-    """Measure the atoms that determine a surface: numbers, CPU time over that of `surface`, distances, and areas by others."""
+def measure_one(spheres: Spheres, probe: float, in_full: bool) -> dict[str, float]:
+    """Measure the atoms that determine a surface: numbers and CPU time over that of `surface`; `in_full` also `compare`."""
     seconds, dots = cpu_seconds(lambda: sparsurf.surface(spheres, probe_radius=probe))
     of_atoms, few = cpu_seconds(lambda: sparsurf.surface_atoms(spheres, probe_radius=probe))
-    chosen, area = (few.centres, few.radii), float(dots.area.sum())
-    row = {"probe": probe, "atoms": len(spheres[1]), "touched": int(few.touched.sum())}
-    row |= {"plugs": int((~few.touched).sum()), "exact": int(few.is_exact), "area": area}
-    row |= {"touched_per_area": few.touched.sum() / area, "per_area": len(few) / area}
-    row |= {"share_percent": 100 * len(few) / len(spheres[1]), "cost": of_atoms / seconds}
-    same = sparsurf.surface(chosen, probe_radius=probe)
-    row |= {"area_change": abs(float(same.area.sum()) / area - 1)}
-    row |= {
-        "there": largest_distance(chosen, spheres, probe),
-        "back": largest_distance(spheres, chosen, probe),
-    }
-    if probe == PROBE_RADIUS and msms_program():
+    area, n_touched = float(dots.area.sum()), int(few.touched.sum())
+    row = {"probe": probe, "atoms": len(spheres[1]), "touched": n_touched, "plugs": len(few) - n_touched}
+    row |= {"exact": int(few.is_exact), "area": area, "touched_per_area": n_touched / area}
+    row |= {"per_area": len(few) / area, "touched_percent": 100 * n_touched / len(spheres[1])}
+    row |= {"percent": 100 * len(few) / len(spheres[1]), "cost": of_atoms / seconds}
+    return row | (compare(few, spheres, area) if in_full else {})
+
+
+def compare(few: sparsurf.SurfaceAtoms, spheres: Spheres, area: float) -> dict[str, float]:
+    """Compare the surface of chosen atoms with that of all: by dots, and by other programs."""
+    probe, chosen, touched = few.probe_radius, (few.centres, few.radii), few[few.touched]
+    own = float(sparsurf.surface(chosen, probe_radius=probe).area.sum())
+    row = {"area_change": abs(own / area - 1), "there": largest_distance(chosen, spheres, probe)}
+    row["back"] = largest_distance(spheres, chosen, probe)
+    if probe != PROBE_RADIUS:
+        return row
+    if msms_program():
         (whole, time_whole), (part, time_part) = by_msms(spheres), by_msms(chosen)
-        row |= {"msms_area": whole, "msms_change_percent": 100 * (part / whole - 1)}
-        row |= {"msms_time": time_part / time_whole if time_whole else float("nan")}
-        row |= {
-            "msms_touched_percent": 100
-            * (by_msms((few[few.touched].centres, few[few.touched].radii))[0] / whole - 1)
-        }
-    if probe == PROBE_RADIUS and find_spec("freesasa"):
+        without_plugs, _ = by_msms((touched.centres, touched.radii))
+        row |= {"msms_change_percent": 100 * (part / whole - 1), "msms_time": time_part / time_whole}
+        row |= {"msms_touched_percent": 100 * (without_plugs / whole - 1)}
+    if find_spec("freesasa"):
         row["sasa_change"] = abs(by_freesasa(chosen) / by_freesasa(spheres) - 1)
     return row
 
@@ -121,38 +123,36 @@ def spheres_of(path: str, n: int = 1) -> Spheres:
 
 
 def measure_surface_atoms(job: Job) -> None:
-    """Measure the atoms that determine the surfaces of many structures."""
+    """Measure the atoms that determine the surfaces of many structures; every n-th of them in full."""
     params, rows = job.params, []
     progress = reporter("Surface atoms", "structures")
-    for k, (name, (path, n)) in enumerate(params.structures.items(), 1):
+    measure_one(spheres_of(next(iter(params.structures.values()))[0]), PROBE_RADIUS, False)  # loads kernels
+    for k, (name, (path, n)) in enumerate(params.structures.items()):
         try:
             spheres = spheres_of(path, n)
         except InputError as error:
             print(f"{name} takes no part: {error}")
             continue
         for probe in params.probes if len(spheres[1]) <= MANY_ATOMS else [PROBE_RADIUS]:
-            rows.append({"structure": name, "group": params.group} | measure_one(spheres, probe))
-        progress(k, len(params.structures))
+            row = measure_one(spheres, probe, k % params.every == 0)
+            rows.append({"structure": name, "copies": n, "group": params.group} | row)
+        progress(k + 1, len(params.structures))
     pd.DataFrame(rows).to_csv(job.output.table, index=False)
 
 
 def tabulate_surface_atoms(job: Job) -> None:
-    """Tabulate the atoms that determine a surface: means, lowest and highest values over structures of a group."""
-    rows = read_tables(job.input.tables)
-    means = []
+    """Tabulate the atoms that determine a surface: means, lowest and highest values over the structures of a group."""
+    rows, means = read_tables(job.input.tables), []
     for (group, probe), part in rows.groupby(["group", "probe"], sort=False):
-        row = {"group": group, "probe": probe, "n": len(part), "inexact": int((part["exact"] == 0).sum())}
-        for name in part.columns[part.columns.get_loc("atoms") :]:
-            if name in ("exact", "area"):
-                continue
+        row = {"group": group, "probe": probe, "n": len(part), "in_full": int(part["there"].notna().sum())}
+        row["inexact"] = int((part["exact"] == 0).sum())
+        for name in part.columns.drop(["structure", "copies", "group", "probe", "exact"]):
             values = part[name].dropna()
             row |= {name: values.mean(), f"{name}_lowest": values.min(), f"{name}_highest": values.max()}
-        row["msms_failed"] = int(part["msms_area"].isna().sum()) if "msms_area" in part else 0
-        close = part["msms_change_percent"].abs() < MSMS_CLOSE if "msms_area" in part else part["probe"] < 0
-        row |= {
-            "msms_close": int(close.sum()),
-            "msms_median_percent": part.get("msms_change_percent", part["cost"]).abs().median(),
-        }
+        measured = part["msms_time"].notna() if "msms_time" in part else part["probe"] < 0
+        change = part.loc[measured, "msms_change_percent"].abs() if measured.any() else part["cost"][:0]
+        row |= {"msms": int(measured.sum()), "msms_close": int((change < MSMS_CLOSE).sum())}
+        row |= {"msms_failed": int(change.isna().sum())}
         means.append(row)
     rows.to_csv(job.output.table, index=False, float_format="%.5g", compression=GZIP)
     pd.DataFrame(means).to_csv(job.output.means, index=False, float_format="%.5g")

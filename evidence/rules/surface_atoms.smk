@@ -26,6 +26,7 @@ rule measure_surface_atoms:
         },
         group=lambda wildcards: SURFACE_ATOMS_PARTS[wildcards.part][0],
         probes=lambda wildcards: SURFACE_ATOMS["probes"] if wildcards.part == "others" else [1.4],
+        every=lambda wildcards: 1 if wildcards.part == "others" else SURFACE_ATOMS["every"],
     message:
         "Atoms that determine a surface: {wildcards.part}"
     script:

@@ -40,7 +40,7 @@ from sparsurf.surfaces.rolling_probe import (
     squared_distance_to_arc,
 )
 from sparsurf.surfaces.spheres import Spheres
-from sparsurf.surfaces.surface import Placement, Rules
+from sparsurf.surfaces.surface import Placement, Rules, Surface
 from sparsurf.surfaces.vectors import Cells, cell_column, point, sort_into_cells, squared_distance, vector_at
 
 if TYPE_CHECKING:
@@ -204,6 +204,14 @@ def atoms_of_surface(
             "surface_atoms: a probe touches four or more atoms at once, and these atoms may not determine the surface exactly."
         )
     return made
+
+
+def atoms_of_dots(dots: Surface) -> SurfaceAtoms:
+    """Find the atoms that determine the surface on which dots were placed, by the rules of their placement."""
+    origin = dots.origin
+    assert origin is not None
+    spheres = Spheres(origin.xyz, origin.radii, [])
+    return atoms_of_surface(spheres, origin.rules, True, origin.molecule, origin.frame)
 
 
 def _balls(xyz: np.ndarray, radii: np.ndarray, probe: float) -> _Balls:

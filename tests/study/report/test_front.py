@@ -93,6 +93,17 @@ def enlarged(page):
     return page.find("img", inside="zoom")
 
 
+def test_the_card_of_the_dots_says_how_many_atoms_determine_the_surface(tmp_path):
+    files = write_run(tmp_path)
+    area = pd.read_csv(tmp_path / "surfaces.csv")["area"].iloc[0]
+    path = "p/c1/surface_atoms.csv"
+    pd.DataFrame({"atom": range(57)}).to_csv(tmp_path / path, index=False)
+    answers = write_front(tmp_path / "index.html", [*files, path], {})
+    sentence = f"57 atoms ({57 / area:.2f} per Å²) determine the surface exactly"
+    page = page_of(tmp_path)
+    assert sentence in page.words and path in page.links and any(sentence in answer for answer in answers)
+
+
 def test_the_answer_that_counts_is_the_first_and_the_best_combination_has_one_value_everywhere(tmp_path):
     files = write_run(tmp_path)
     answers = write_front(tmp_path / "index.html", files, {})

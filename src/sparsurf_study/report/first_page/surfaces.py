@@ -76,6 +76,7 @@ def of_dots(run: Run) -> dict[str, Any] | None:
         "decision": DECISIONS.get(_of_all(run, "decided_by"), ""),
         "largest": run.surfaces["recovered_largest"].max(),
         "files": _subset_files(run),
+        "atoms": _surface_atoms(run),
         "figure": run.figure(path),
         "fields": [*_fields(run)],
     }
@@ -89,6 +90,19 @@ def _subset_files(run: Run) -> list[tuple[str, str]]:
     if len(paths) == 1:
         return [("minimal.csv", path) for path in paths.values()]
     return [(f"{run.shown[place]}/minimal.csv", path) for place, path in paths.items()]
+
+
+def _surface_atoms(run: Run) -> dict[str, Any] | None:
+    """Return how many atoms determine the surfaces exactly, as medians, and their file; None for surfaces without atoms."""
+    paths = {place: f"{place}/surface_atoms.csv" for place in run.places}
+    numbers = pd.Series(
+        {place: len(run.read(path)) for place, path in paths.items() if run.has(path)}, dtype=float
+    )
+    if not len(numbers):
+        return None
+    density = numbers / run.surfaces["area"].loc[numbers.index]
+    path = paths[str(numbers.index[0])] if len(numbers) == 1 else ""
+    return {"n": int(numbers.median()), "density": float(density.median()), "path": path}
 
 
 def _fields(run: Run) -> Iterator[tuple[str, float]]:
