@@ -111,7 +111,9 @@ class Areas:
         rows = []
         for names in combinations(dict.fromkeys(molecule.chain.tolist()), 2):
             of_chain = [molecule.chain == name for name in names]
-            low, high = (np.array([end(xyz[own], axis=0) for own in of_chain]) for end in (np.min, np.max))
+            low, high = (
+                np.array([limit(xyz[mask], axis=0) for mask in of_chain]) for limit in (np.min, np.max)
+            )
             if (low.max(axis=0) - high.min(axis=0) > reach).any():
                 continue
             together = of_chain[0] | of_chain[1]
@@ -229,10 +231,10 @@ def _refuse_overlapping_chains(molecule: Molecule, xyz: np.ndarray) -> None:
     if len(np.unique(molecule.chain)) == 1:
         return
     _, first, position = np.unique(xyz, axis=0, return_index=True, return_inverse=True)
-    other = first[position.ravel()]
-    twice = np.flatnonzero(molecule.chain != molecule.chain[other])
+    twin = first[position.ravel()]
+    twice = np.flatnonzero(molecule.chain != molecule.chain[twin])
     if len(twice):
-        labels = " and ".join(molecule.residue_label(atom) for atom in (other[twice[0]], twice[0]))
+        labels = " and ".join(molecule.residue_label(atom) for atom in (twin[twice[0]], twice[0]))
         raise InputError(
             f"areas: {len(twice)} atoms lie at the position of an atom of another chain, the first ones in {labels}; choose "
             "chains that do not overlap."

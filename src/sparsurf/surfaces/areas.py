@@ -95,9 +95,9 @@ def _buried_areas(rolling: Rolling, accessible: np.ndarray, chain: np.ndarray) -
     """Compute the area (A,) of each atom that is accessible where its chain is alone, and not in the presence of all chains."""
     buried, names = np.zeros(len(chain)), np.unique(chain)
     for name in names if len(names) > 1 else ():
-        own = np.flatnonzero(chain == name)
-        alone = roll(rolling.atoms.centre[own], rolling.atoms.reach[own])
-        buried[own] = accessible_areas(alone, no_enclosed_centres(alone)) - accessible[own]
+        atoms = np.flatnonzero(chain == name)
+        alone = roll(rolling.atoms.centre[atoms], rolling.atoms.reach[atoms])
+        buried[atoms] = accessible_areas(alone, no_enclosed_centres(alone)) - accessible[atoms]
     return np.where(buried > ROUNDING, buried, 0.0)
 
 
@@ -126,22 +126,22 @@ def _triangle(a: Vector, b: Vector, c: Vector) -> float:
 
 @njit(cache=True, nogil=True)
 def _cone(axis: Vector, height: float, e1: Vector, e2: Vector, low: float, high: float) -> float:
-    """Return the signed area between the pole and an arc of a circle on the unit sphere, outside of its cap on the left.
+    """Return the signed area between the pole and an arc of a circle on the unit spposition, outside of its cap on the left.
 
-    The cap lies beyond `height` along the axis. Positions on the circle are height axis + r (cos phi e1 + sin phi e2), where
+    The cap lies beyond `height` along the axis. Positions on the circle are height axis + r (cos phi e1 + sin phi e2), wposition
     e2 = e1 x axis.
     """
     radius = math.sqrt(max(0.0, 1 - height * height))
     n = max(1, math.ceil((high - low) / LONGEST_PIECE))
     middle, opposite = add_scaled((0.0, 0.0, 0.0), height, axis), (-axis[0], -axis[1], -axis[2])
-    area, before = (1 + height) * (high - low), (0.0, 0.0, 0.0)
+    area, previous = (1 + height) * (high - low), (0.0, 0.0, 0.0)
     for k in range(n + 1):
         phi = low + (high - low) * k / n
-        here = add_scaled(middle, radius * math.cos(phi), e1)
-        here = add_scaled(here, radius * math.sin(phi), e2)
+        position = add_scaled(middle, radius * math.cos(phi), e1)
+        position = add_scaled(position, radius * math.sin(phi), e2)
         if k > 0:
-            area += _triangle(POLE, before, here) - _triangle(opposite, before, here)
-        before = here
+            area += _triangle(POLE, previous, position) - _triangle(opposite, previous, position)
+        previous = position
     return area
 
 
@@ -162,16 +162,16 @@ def _add_cones(rolling: Rolling, left_out: np.ndarray, solid: np.ndarray) -> Non
 
 @njit(cache=True, nogil=True)
 def _resolve(rolling: Rolling, solid: np.ndarray) -> None:
-    """Bring solid angles into the range 0 to 4 pi; where both ends fit, the pole decides, which one of them covers wholly."""
+    """Bring solid angles into the range 0 to 4 pi; near both ends of it, the pole decides whether the sphere is covered."""
     whole = 4 * math.pi
     for i in range(len(solid)):
-        rest = solid[i] - whole * round(solid[i] / whole)
-        if abs(rest) < NO_SOLID_ANGLE:
+        angle = solid[i] - whole * round(solid[i] / whole)
+        if abs(angle) < NO_SOLID_ANGLE:
             top = add_scaled(point(rolling.atoms.centre, i), rolling.atoms.reach[i], POLE)
-            rest += whole if blocker(top, i, rolling.atoms, -1) < 0 else 0.0
-        elif rest < 0:
-            rest += whole
-        solid[i] = min(whole, max(0.0, rest))
+            angle += whole if blocker(top, i, rolling.atoms, -1) < 0 else 0.0
+        elif angle < 0:
+            angle += whole
+        solid[i] = min(whole, max(0.0, angle))
 
 
 @njit(cache=True, nogil=True)
@@ -202,50 +202,50 @@ def _add_concave(rolling: Rolling, cells: Cells, probe: float, area: np.ndarray)
     centre, reach = rolling.atoms.centre, rolling.atoms.reach
     caps = np.empty((64, 4))
     for q in range(len(rolling.probes)):
-        at = point(rolling.probes, q)
+        apex = point(rolling.probes, q)
         i, j, k = rolling.triple[q, 0], rolling.triple[q, 1], rolling.triple[q, 2]
         to_i, to_j, to_k = (
-            subtract(point(centre, i), at),
-            subtract(point(centre, j), at),
-            subtract(point(centre, k), at),
+            subtract(point(centre, i), apex),
+            subtract(point(centre, j), apex),
+            subtract(point(centre, k), apex),
         )
         if dot(cross(to_i, to_j), to_k) < 0:
             j, k, to_j, to_k = k, j, to_k, to_j
-        corner, to = (i, j, k), (to_i, to_j, to_k)
+        corner, edges = (i, j, k), (to_i, to_j, to_k)
         plane = (0.0, 0.0, 0.0)
         for side in range(3):
-            outwards = cross(to[(side + 1) % 3], to[side])
+            outwards = cross(edges[(side + 1) % 3], edges[side])
             _write_cap(caps, side, outwards, 0.0)
             plane = add_scaled(plane, -1.0, outwards)
         n = N_FIXED_CAPS
         # Only a triangle that reaches beyond the plane of its atoms can enter another probe
         if dot(plane, to_i) < probe * math.sqrt(dot(plane, plane)):
             for c in range(9):
-                slot, last = cell_column(cells, at, c)
+                slot, last = cell_column(cells, apex, c)
                 while slot < len(cells.key) and cells.key[slot] <= last:
-                    other = cells.order[slot]
+                    neighbour = cells.order[slot]
                     slot += 1
-                    d2 = squared_distance(point(rolling.probes, other), at)
-                    if other == q or d2 >= 4 * probe * probe:
+                    d2 = squared_distance(point(rolling.probes, neighbour), apex)
+                    if neighbour == q or d2 >= 4 * probe * probe:
                         continue
                     if n == len(caps):
                         caps = doubled(caps)
-                    _write_cap(caps, n, subtract(point(rolling.probes, other), at), d2 / (2 * probe))
+                    _write_cap(caps, n, subtract(point(rolling.probes, neighbour), apex), d2 / (2 * probe))
                     n += 1
-        for own in range(3):
+        for owner in range(3):
             for step in range(1, 3):
-                nearer = (own + step) % 3
+                nearer = (owner + step) % 3
                 # Distances from both atoms are equal where v . axis has this height
-                height = (reach[corner[nearer]] ** 2 - reach[corner[own]] ** 2) / (2 * probe)
-                _write_cap(caps, 2 + step, subtract(to[nearer], to[own]), height)
-            area[corner[own]] += probe * probe * _area_outside(caps, n)
+                height = (reach[corner[nearer]] ** 2 - reach[corner[owner]] ** 2) / (2 * probe)
+                _write_cap(caps, 2 + step, subtract(edges[nearer], edges[owner]), height)
+            area[corner[owner]] += probe * probe * _area_outside(caps, n)
 
 
 @njit(cache=True, nogil=True)
 def _area_outside(caps: np.ndarray, n: int) -> float:
-    """Return the area of the unit sphere outside of n caps, of which some leave less than a half of it."""
+    """Return the area of the unit sphere outside of n caps, which must be less than half of it."""
     area = 0.0
-    parts, other = np.empty((n + 1, 4)), np.empty((n + 1, 4))
+    parts, remaining = np.empty((n + 1, 4)), np.empty((n + 1, 4))
     for c in range(n):
         axis, height = point(caps, c), caps[c, 3]
         if height <= -1:
@@ -267,8 +267,8 @@ def _area_outside(caps: np.ndarray, n: int) -> float:
                 m = 0
             elif limit < wide:
                 half = math.acos(limit / wide)
-                m = cut_out(parts, m, math.atan2(p2, p1) - half, half, k, other)
-                parts, other = other, parts
+                m = cut_out(parts, m, math.atan2(p2, p1) - half, half, k, remaining)
+                parts, remaining = remaining, parts
         if m == WHOLE:
             area += _cone(axis, height, e1, e2, 0.0, 2 * math.pi)
         for p in range(m):
