@@ -34,9 +34,10 @@ with job(snakemake) as s:
         table=s.input.table or None,
         roughness=read_roughness(s.input.roughness, dots),
         choices=choices,
+        threads=s.threads,
     )
-    reconstructed = found.reconstructed(s.threads)
-    write_rounded(s.output.recovered, found.errors(s.threads, reconstructed))
+    reconstructed = found.reconstructed()
+    write_rounded(s.output.recovered, found.errors(s.threads))
     distance = reconstructed.distances(dots.points, s.threads, found.trials.rolled)
     write_reconstructed(s.output.reconstructed, reconstructed.comparable, distance)
     few, fields = found.subset, found.surface.fields

@@ -11,12 +11,13 @@ from sparsurf_study.workflow.jobs import Job
 from measures.spheres import ERRORS, errors_both_ways
 from measures.tables import read_tables, write_tables
 from sparsurf.evaluation.prepared_surface import PreparedSurface
-from sparsurf.evaluation.trials import TEST_DENSITY, rolled_atoms
+from sparsurf.evaluation.trials import TEST_DENSITY
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.recovery.errors import DENSITY_FOR_ERRORS
 from sparsurf.recovery.recovering import interpolate_surface
 from sparsurf.settings import Settings
 from sparsurf.streams import Streams
+from sparsurf.surfaces.molecular_surface import rolled_atoms
 from sparsurf.surfaces.surface import Surface
 from sparsurf_study.analysis.relation import with_interval
 

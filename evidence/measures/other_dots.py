@@ -11,14 +11,13 @@ from measures.molecules import first_model
 from measures.points import msms, msms_program
 from measures.spheres import ERRORS, errors_both_ways
 from measures.tables import write_tables
-from sparsurf.evaluation.trials import rolled_atoms
 from sparsurf.patches.index import build_grid
 from sparsurf.recovery.errors import DENSITY_FOR_ERRORS
 from sparsurf.recovery.reconstructing import DENSITY_FOR_SPHERES
 from sparsurf.recovery.recovering import interpolate_surface
 from sparsurf.recovery.spheres.rebuilding import rebuild
 from sparsurf.sampling.farthest_point import farthest_point_sampling
-from sparsurf.surfaces.molecular_surface import RolledFrame
+from sparsurf.surfaces.molecular_surface import RolledFrame, rolled_atoms
 from sparsurf.surfaces.radii import radii as radii_of
 from sparsurf.surfaces.surface import Surface
 

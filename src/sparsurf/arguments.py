@@ -18,17 +18,20 @@ if TYPE_CHECKING:
 
 
 class Limits(NamedTuple):
-    """Finite numbers above `low` (from it on, unless `open_low`), at most `high`."""
+    """Finite numbers above `low` (from it on, unless `open_low`), at most `high`, and infinity if it stands for no limit."""
 
     low: float
     high: float = math.inf
     whole: bool = False
     open_low: bool = True
+    or_infinite: bool = False
 
     def allow(self, value: float) -> bool:
-        """Return whether a real number lies within the limits; NaN and infinity never do."""
+        """Return whether a real number lies within the limits; NaN never does."""
+        if value == math.inf:
+            return self.or_infinite
         above = self.low < value or (value == self.low and not self.open_low)
-        return above and value <= self.high and value < math.inf and (not self.whole or value % 1 == 0)
+        return above and value <= self.high and (not self.whole or value % 1 == 0)
 
     @property
     def words(self) -> str:
@@ -36,7 +39,8 @@ class Limits(NamedTuple):
         number = f"a {'whole ' * self.whole}number"
         if self.high < math.inf:
             least = f"more than {self.low:g} and at most" if self.open_low else f"{self.low:g} to"
-            return f"{number}, {least} {self.high if self.whole else f'{self.high:g}'}"
+            most = f"{least} {self.high if self.whole else f'{self.high:g}'}"
+            return f"{number}, {most}{', or inf for no limit' * self.or_infinite}"
         return f"{number}, more than {self.low:g}" if self.open_low else f"{number}, {self.low:g} or more"
 
     def check(self, value: Any, name: str, word: str | None = None) -> Any:
@@ -52,6 +56,7 @@ class Limits(NamedTuple):
 
 LENGTH = Limits(0, 100)  # Å
 DISTANCE = Limits(0, 10)  # Å
+DISTANCE_OR_INFINITE = Limits(0, 10, or_infinite=True)  # Å
 PROBE = Limits(0, 10)  # Å
 DENSITY_LIMITS = Limits(0, 100)  # dots per Å^2
 PERCENT_LIMITS = Limits(0, 100)

@@ -138,8 +138,8 @@ TABLE: dict[str, dict[str, Choice]] = {
         ),
         "cover": Choice(
             "sparsurf.sampling.cover:cover",
-            "touching every atom",
-            "Dots that touch every exposed atom, and more where the surface that is rebuilt from its atoms errs.",
+            "determining the atoms",
+            "Dots from which the exposed atoms follow, and more where the surface of the atoms that follow would err.",
             applies=ORIGIN,
         ),
     },

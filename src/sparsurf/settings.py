@@ -27,14 +27,7 @@ REQUEST_KEYS = ("error", "density", "percent", "n_dots", "max_z", "combination")
 DEFAULT_ERROR = 0.02  # Å
 TAIL_PER_ERROR = 5  # 99 % error over the mean error that is requested, with the sampler cover
 # What decides the number of dots that are kept for an error, and how a person is told
-BY_MEAN, BY_FORTH, BY_BACK, BY_ATOMS, BY_FEWEST, BY_ALL = (
-    "mean",
-    "99 % forth",
-    "99 % back",
-    "atoms",
-    "fewest",
-    "all",
-)
+BY_MEAN, BY_FORTH, BY_BACK, BY_FEWEST, BY_ALL = "mean", "99 % forth", "99 % back", "fewest", "all"
 _TAIL = f"by default {TAIL_PER_ERROR} times the mean error, and a larger error_99 keeps fewer dots"
 DECISIONS = {
     BY_MEAN: "The mean error decides how many dots are kept.",
@@ -42,8 +35,6 @@ DECISIONS = {
     f"reconstructed one, {_TAIL}.",
     BY_BACK: "The 99 % error decides how many dots are kept: 99 % of the reconstructed surface must lie within error_99 of the "
     f"true one, {_TAIL}.",
-    BY_ATOMS: "The exposed atoms decide how many dots are kept: a dot touches each of them, and these dots alone meet the errors "
-    "that are requested, so that a somewhat larger error keeps the same dots.",
     BY_FEWEST: "The smallest number of dots from which a surface is reconstructed decides how many dots are kept: their error is "
     "smaller than requested.",
     BY_ALL: "No smaller subset meets the limit, and all dots are kept.",
@@ -96,6 +87,12 @@ def _alpha_first(combination: list) -> list:
     return combination
 
 
+def _at_most_or_infinite(value: float) -> float:
+    if not arguments.DISTANCE_OR_INFINITE.allow(value):
+        raise ValueError(f"is {value}; it must be {arguments.DISTANCE_OR_INFINITE.words}.")
+    return value
+
+
 def _bounds(limits: arguments.Limits) -> dict[str, float]:
     """Return limits as pydantic names them."""
     return {"gt" if limits.open_low else "ge": limits.low, "le": limits.high}
@@ -119,6 +116,9 @@ Exponent = Annotated[float, Field(**_bounds(arguments.EXPONENT)), NUMBER_TYPES]
 Percent = Annotated[float, Field(**_bounds(arguments.PERCENT_LIMITS)), NUMBER_TYPES]
 Length = Annotated[float, Field(**_bounds(arguments.LENGTH)), NUMBER_TYPES]  # Å
 Distance = Annotated[float, Field(**_bounds(arguments.DISTANCE)), NUMBER_TYPES]  # Å
+DistanceOrInfinite = Annotated[  # Å
+    float, Field(gt=0, allow_inf_nan=True), AfterValidator(_at_most_or_infinite), NUMBER_TYPES
+]
 Probe = Annotated[float, Field(**_bounds(arguments.PROBE)), NUMBER_TYPES]  # Å
 Density = Annotated[float, Field(**_bounds(arguments.DENSITY_LIMITS)), NUMBER_TYPES]  # dots per Å^2
 Seed = Annotated[int, Field(**_bounds(arguments.SEED)), INTEGER]
@@ -281,8 +281,8 @@ class Minimal(Section):
 
     sampler: Literal["auto"] | Sampler = key(
         "auto",
-        "Sampler that chooses the subset; auto: of cover and farthest the one that keeps fewer where an error is requested of"
-        " dots on atoms, unless the model is interpolant; else farthest.",
+        "Sampler that chooses the subset; auto: cover where an error of at most 0.12 Å is requested of dots on atoms, unless the "
+        "model is interpolant; else farthest.",
     )
     model: Model = key(
         "auto",
@@ -293,9 +293,10 @@ class Minimal(Section):
         "Mean error in Å of the surface reconstructed from the subset, which keeps no more dots than its sampler needs for it. "
         f"{DEFAULT_ERROR:g} if no other of these keys is given; in batches, percent: 10 instead."
     )
-    error_99: Distance = optional(
+    error_99: DistanceOrInfinite = optional(
         "Error in Å that at most 1 % of the true surface exceeds, besides the mean error; with the sampler cover also at most "
-        f"1 % of the reconstructed surface, and {TAIL_PER_ERROR} times the mean error if it is not given."
+        f"1 % of the reconstructed surface, and {TAIL_PER_ERROR} times the mean error if it is not given; .inf: the mean error "
+        "alone is bounded."
     )
     density: Density = optional(
         "Number of dots to keep per Å^2; 0.6 gives a mean error of about 0.02 Å by the interpolant."

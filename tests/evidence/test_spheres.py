@@ -6,7 +6,8 @@ import pytest
 
 import sparsurf
 from measures.spheres import SHAPES, compared, errors_both_ways, errors_of_atoms, means, shape_of
-from sparsurf.evaluation.trials import TEST_DENSITY, rolled_atoms
+from sparsurf.evaluation.trials import TEST_DENSITY
+from sparsurf.surfaces.molecular_surface import rolled_atoms
 
 TURN = np.linspace(0, 2 * np.pi, 12, endpoint=False)
 RING = np.column_stack([6 * np.cos(TURN), 6 * np.sin(TURN), 0 * TURN]).round(3)

@@ -15,6 +15,7 @@ from sparsurf.api.surfaces import as_surface
 from sparsurf.arguments import (
     DEFAULT_TEST_DOTS,
     DISTANCE,
+    DISTANCE_OR_INFINITE,
     ERROR_LIMITS,
     LENGTH,
     MODELS,
@@ -76,9 +77,11 @@ def minimal(
 ) -> Subset:
     """Choose few dots that represent a surface, by default with a mean error of 0.02 Å.
 
-    Where an error is requested of dots that were placed on atoms, the kept dots touch every exposed atom (sampler 'cover'), and
-    `recover` infers the atoms from them. Such dots serve this reconstruction alone: with the interpolant they err by 20 to 40 %
-    more than evenly spread ones, and the loss of a random tenth of them raises the mean error from 0.002 to 0.06 to 0.1 Å.
+    Where an error of at most 0.12 Å is requested of dots that were placed on atoms, `recover` infers the atoms from the kept dots
+    (sampler 'cover'). They are chosen by the error that the inferred atoms predict, and then the surface is reconstructed and
+    measured: if an error exceeds its limit, dots are added and it is measured again. Such dots serve this reconstruction alone:
+    with the interpolant they err by 20 to 40 % more than evenly spread ones, and the loss of a random tenth of them raises the
+    mean error from 0.002 to 0.06 to 0.1 Å.
 
     A study and the command `sparsurf minimal` choose the same dots with the same seed.
 
@@ -99,17 +102,18 @@ def minimal(
     max_z : float, optional
         Largest Z (see `compare`) of the dots as they are, without reconstruction.
     sampler : str or callable
-        How the dots are chosen, by name or by a function, as in `sample`; 'auto' (default) is 'cover' or 'farthest'
-        (farthest-point sampling), whichever keeps fewer, where an error is requested of all dots that `surface` placed and the
-        model is not 'interpolant', and 'farthest' in all other cases.
+        How the dots are chosen, by name or by a function, as in `sample`; 'auto' (default) is 'cover' where an error of at most
+        0.12 Å is requested of all dots that `surface` placed and the model is not 'interpolant', and 'farthest' (farthest-point
+        sampling) in all other cases.
     model : {'auto', 'interpolant', 'spheres'}
         How the surface is reconstructed where its error is measured, as in `recover`; 'auto' (default) is 'spheres' with the
         sampler 'cover', and where the sampler 'auto' keeps dots on atoms for an error. It is 'interpolant' in all other cases,
         in which `recover` may use the spheres, so that its error is smaller than the one that is measured here.
     error_99 : float, optional
         Distance within which 99 % of the true surface lies from the reconstructed one, Å. With the sampler 'cover' 99 % of the
-        reconstructed surface also lies within it from the true one, and it is 5 times `error` if it is not given; with others
-        only the mean is bounded, and 99 % is then about 5 to 7 times the mean.
+        reconstructed surface also lies within it from the true one, and it is 5 times `error` if it is not given; `math.inf`
+        bounds the mean error alone, which is then predicted and not measured. With other samplers only the mean is bounded if it
+        is not given, and 99 % is then about 5 to 7 times the mean.
     d_link : float
         Distance below which two dots of a patch are linked, Å (default 0.5).
     seed : int
@@ -120,8 +124,8 @@ def minimal(
     Subset
         `dots` (n,) int, the indices of the kept dots; `weight` (n,) int, how many dots each one represents; `points` and
         `normals` (n, 3) in Å; `surface`, a Surface of the kept dots, whose areas sum to that of the whole surface; `table`, a
-        DataFrame; `sampler` and `model`, by which they were chosen; and `interval`, the 95 % interval of their number where
-        evenly spread dots have a requested error.
+        DataFrame; `sampler` and `model`, by which they were chosen; `decided_by`, the error that is nearest to its limit; and
+        `interval`, the 95 % interval of their number where evenly spread dots have a requested error.
 
     Raises
     ------
@@ -173,7 +177,7 @@ def represented(
     seed = SEED.check(seed, "seed")
     check_choice(model, MODELS, "model")
     if error_99 is not None:
-        error_99 = DISTANCE.check(error_99, "error_99")
+        error_99 = DISTANCE_OR_INFINITE.check(error_99, "error_99")
         if request and "error" not in request:
             raise InputError(
                 f"minimal: {argument('error_99')} belongs to an error; leave out {argument(next(iter(request)))} or "
@@ -183,7 +187,7 @@ def represented(
     settings = Settings(patches=PatchesSettings(d_link=d_link)).model_copy(update={"minimal": wanted})
     molecule = dots.molecule if dots.placed else None
     result = represent(dots, settings, Streams(seed), molecule, threads=available_cores())
-    if not result.touches_every_atom:
+    if not result.determines_atoms:
         warn_of_gaps("minimal", result.trials.prepared, result.subset.dots)
     return result
 

@@ -5,7 +5,7 @@ import argparse
 from sparsurf import kinds
 from sparsurf.api import writing
 from sparsurf.api.minimal import SIZES, represented
-from sparsurf.arguments import DISTANCE
+from sparsurf.arguments import DISTANCE_OR_INFINITE
 from sparsurf.cli import options, outputs
 from sparsurf.evaluation.minimal_subset import Representation
 from sparsurf.evaluation.statistics import reference_values
@@ -25,14 +25,15 @@ that `sparsurf recover` reconstructs from the kept ones. If a number of dots is 
 interpolant`, and `sparsurf recover` alone may have a smaller one. For a file of dots, whose atoms are not known, it is the
 distance of the dots that are not kept.
 
-Where an error is requested of a structure, the kept dots touch every exposed atom (--sampler cover), and the atoms are inferred
-from them: 0.15 to 0.2 dots per Å^2 are enough for the default, and 0.26 to 0.34 if the molecule has explicit hydrogens (three
-structures). Such dots serve this reconstruction alone: do not drop some of them at random. Where fewer evenly spread dots
-(--sampler farthest) have both errors, as for large errors, these are kept. All other requests keep evenly spread dots, whose
-number for an error is an estimate that is printed with its 95 % interval. The command prints what decides the number of dots: the
-mean error, the 99 % error in one of both directions, or the exposed atoms, each of which a dot touches. If it is not the mean
-error, a larger --error saves few dots as long as the mean error is far below it. Only the samplers of the paper use the
-roughness. Z is the mean distance between the descriptors of a patch on the full surface and on the kept dots.
+Where an error of at most 0.12 Å is requested of a structure, the atoms are inferred from the kept dots (--sampler cover): 0.12 to
+0.15 dots per Å^2 are enough for the default, and about 0.2 if the molecule has explicit hydrogens. Such dots serve this
+reconstruction alone: do not drop some of them at random. Three errors are bounded: the mean error, the distance within which 99 %
+of the true surface lies from the reconstructed one, and that within which 99 % of the reconstructed surface lies from the true
+one. The command prints all three, measured on the surface that it reconstructs, and which of them is nearest to its limit: a
+larger limit of this one keeps fewer dots. With --error-99 inf, only the mean error is bounded. All other requests keep evenly
+spread dots (--sampler farthest), whose number for an error is an estimate that is printed with its 95 % interval. Only the
+samplers of the paper use the roughness. Z is the mean distance between the descriptors of a patch on the full surface and on the
+kept dots.
 
 The table has a row for each kept dot: `dot` is its number on the surface, from 0; `weight` is the number of dots that it
 represents; `area` is the area of the surface that is nearer to it than to the other kept dots, in Å^2; `spacing` is the distance
@@ -75,13 +76,14 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         choices=options.Names("sampler", AUTO),
         metavar="SAMPLER",
         default=AUTO,
-        help="method that chooses the dots: %(choices)s (default auto: for an error of a structure, cover or farthest,"
-        " whichever keeps fewer; else farthest)",
+        help="method that chooses the dots: %(choices)s (default auto: cover for an error of a structure of at most 0.12 Å,"
+        " else farthest)",
     )
     parser.add_argument(
         "--error-99",
-        type=options.number_within(DISTANCE),
-        help="distance in Å within which 99 %% of the surface lies (default with cover: 5 times --error)",
+        type=options.number_within(DISTANCE_OR_INFINITE),
+        help="distance in Å within which 99 %% of each surface lies from the other; inf: only the mean error is bounded"
+        " (default with cover: 5 times --error)",
     )
     options.add_seed(parser, "seed of the random numbers, as in a study")
     options.add_fields(parser)
@@ -112,7 +114,7 @@ def run(args: argparse.Namespace) -> None:
         label = sampler_label(few.sampler)
         chosen = f"chosen by {label}"
         if few.sampler == COVER:
-            chosen = label if result.touches_every_atom else "too few to touch every atom"
+            chosen = label if result.determines_atoms else "too few to determine the atoms"
         message = f"{len(few):,} of {len(surface):,} dots ({message}; {per_area} per Å^2), {chosen}"
         if few.interval and few.interval[1] > WIDE * few.interval[0]:
             message += ". The interval is wide: --percent keeps a fixed share"
@@ -137,7 +139,8 @@ def _error(result: Representation) -> str:
     average = reference_values(trials.prepared.describe(trials.tests)[0])["Z_mean_descriptor"]
     return (
         f"The surface {surface} deviates by {errors['mean']:.3f} Å on average (99 %: "
-        f"{errors['high_99']:.3f} Å, largest: {errors['largest']:.2f} Å; measured on {errors['measured_on']}).\n"
+        f"{errors['high_99']:.3f} Å, largest: {errors['largest']:.2f} Å; measured on {errors['measured_on']}). "
+        f"99 % of it lies within {errors['back_99']:.3f} Å of the true surface.\n"
         f"Its Z is {errors['Z_published']:.2f}: "
         f"an identical surface has a Z of 0, and the mean patch in place of every patch has a Z of {average:.2f}."
         + "".join(f"\n{sentence}" for sentence in result.subset.decision)

@@ -20,16 +20,14 @@ from sparsurf.evaluation.trials import Trials
 from sparsurf.kinds import COVER, FARTHEST
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.patches.index import build_grid, build_index
-from sparsurf.recovery.errors import curvature, error_table
+from sparsurf.recovery.errors import TAIL_QUANTILE, curvature, error_table
 from sparsurf.recovery.fields import recovery_table
-from sparsurf.recovery.readings import comparable_density
 from sparsurf.recovery.reconstructing import (
     AUTO,
     INTERPOLANT,
     SPHERES,
     Reconstructed,
     reconstruct,
-    reconstruct_twice,
 )
 from sparsurf.recovery.recovering import REACH, dot_spacing
 from sparsurf.recovery.spheres.votes import MIN_DOTS
@@ -44,6 +42,8 @@ from sparsurf.surfaces.surface import Surface, SurfaceOrigin, largest_area
 log = logging.getLogger("sparsurf")
 
 DESCRIPTORS_OF_ERRORS = ("published", "rotation_robust")  # whose Z stands in columns of recovered.csv
+# Å, above which fewer evenly spread dots than dots that determine atoms have a mean error
+MAX_ERROR_OF_COVER = 0.12
 INDEPENDENT, NOT_KEPT = "independent dots", "dots not kept"  # on which errors are measured
 
 
@@ -62,8 +62,8 @@ class Subset(Shown):
         chosen by the sampler cover, whose number follows from the dots themselves
     sampler : str, how the dots were chosen
     model : str, 'spheres' or 'interpolant', how the surface is reconstructed from them where their errors are measured
-    decided_by : str, what decided their number where an error was requested: 'mean', '99 % forth', '99 % back', 'atoms' (a dot
-        touches each exposed atom), 'fewest' (a surface is not reconstructed from fewer) or 'all'; empty for other requests
+    decided_by : str, which error is nearest to its limit where an error was requested: 'mean', '99 % forth' or '99 % back'; or
+        'fewest' (a surface is not reconstructed from fewer) or 'all'; empty for other requests
     measure_errors : function without arguments that measures how far the surface deviates from the reconstructed one
     """
 
@@ -138,10 +138,11 @@ class Representation:
         return self.trials.prepared.surface
 
     @property
-    def touches_every_atom(self) -> bool:
-        """Whether the subset holds the dots by which the sampler cover touches every exposed atom."""
+    def determines_atoms(self) -> bool:
+        """Whether the subset was chosen for an error by the sampler cover, or holds all its dots that determine the atoms."""
         is_cover = self.subset.sampler == COVER and self.trials.atoms is not None
-        return is_cover and len(self.subset) >= len(self.trials.touching)
+        few = self.subset
+        return is_cover and (bool(few.decided_by) or len(few) >= len(self.trials.cover.dots()))
 
     @property
     def roughness(self) -> np.ndarray:
@@ -155,22 +156,21 @@ class Representation:
         weight = self.subset.weight
         return residue_table(self.surface, self.roughness, self.molecule, self.subset.dots, weight, component)
 
-    def reconstructed(self, threads: int = 1) -> Reconstructed:
+    def reconstructed(self) -> Reconstructed:
         """Reconstruct the surface from the subset: densely, and at a density at which it is compared with the whole surface."""
-        density = comparable_density(self.trials.prepared.density, self.trials.prepared.patches.d_link)
-        return reconstruct_twice(self.subset.surface, density, self.subset.model, threads)
+        return self.trials.reconstructed(self.subset.dots)
 
-    def errors(self, threads: int = 1, reconstructed: Reconstructed | None = None) -> pd.DataFrame:
+    def errors(self, threads: int = 1) -> pd.DataFrame:
         """Return the distances of the true surface from the one reconstructed from the subset: the rows of recovered.csv.
 
         They are measured on independent dots of the whole surface, each with the exact distance of the nearest reconstructed dot
         from the true surface. Where the atoms of the dots are not known, they are distances of the dots that were not kept from
-        the planes of the reconstructed dots. The surface is reconstructed if it is not given.
+        the planes of the reconstructed dots.
         """
         few, prepared, test = self.subset, self.trials.prepared, self.trials.test_surface
         points, kept = (prepared.points, few.dots) if test is None else (test.points, np.empty(0, int))
         index = prepared.index if test is None else build_grid(test.points, test.normals)
-        back = reconstructed or self.reconstructed(threads)
+        back = self.reconstructed()
         errors = error_table(
             back.distances(points, threads, self.trials.rolled), curvature(index, threads=threads), kept
         )
@@ -178,6 +178,9 @@ class Representation:
         of_subset = {"n_S_percent": len(few), "n_S_percent_low": low, "n_S_percent_high": high}
         of_subset = {key: 100 * n / len(prepared) for key, n in of_subset.items()}
         of_subset |= {"density": len(few) / prepared.area}
+        of_subset["back_99"] = float(
+            np.quantile(self.trials.distances_back(back.dense.points), TAIL_QUANTILE)
+        )
         of_subset |= recovered_z(prepared, back.comparable, self.trials.tests)
         errors.loc[0, list(of_subset)] = list(of_subset.values())
         about = {"measured_on": NOT_KEPT if test is None else INDEPENDENT}
@@ -272,26 +275,19 @@ def _smallest(trials: Trials, request: Minimal, hydrogens: bool, choices: Choice
     error, error_99 = request.error, request.error_99
     if trials.sampler != COVER or trials.model == INTERPOLANT or trials.atoms is None:
         return trials, smallest_subset_of_error(trials, error, hydrogens, error_99)
-    bound = TAIL_PER_ERROR * error if error_99 is None else error_99
-    found = smallest_cover(trials, error, bound)
-    if found is None and request.sampler != AUTO:
+    is_auto, name = request.sampler == AUTO, trials.prepared.name or "minimal"
+    if not is_auto or error <= MAX_ERROR_OF_COVER:
+        found = smallest_cover(trials, error, TAIL_PER_ERROR * error if error_99 is None else error_99)
+        if found is not None:
+            return trials, found
+    if not is_auto:
         log.warning(
             "%s: dots that touch every atom do not determine their spheres here; evenly spread dots were chosen in place of "
-            "those of the sampler %s.", trials.prepared.name or "minimal", COVER,
+            "those of the sampler %s.", name, COVER,
         )  # fmt: skip
-    if found is not None and (len(found.dots) > len(trials.touching) or request.sampler != AUTO):
-        return trials, found
-    # dots that touch every atom are more than enough, or do not determine their spheres
-    model = INTERPOLANT if found is None and request.model == AUTO else AUTO
+    model = INTERPOLANT if request.model == AUTO else AUTO
     spread = Trials(trials.prepared, FARTHEST, len(trials.tests), choices, model, trials.atoms)
-    if (
-        found is not None and spread.error(len(found.dots)).over(error, bound) > 1
-    ):  # evenly spread, they are too few
-        return trials, found
-    few = smallest_subset_of_error(spread, error, hydrogens, error_99 if found is None else bound)
-    if found is not None and len(found.dots) <= len(few.dots):
-        return trials, found
-    return spread, few
+    return spread, smallest_subset_of_error(spread, error, hydrogens, error_99)
 
 
 def on_molecule(dots: Surface, molecule: Molecule, settings: Settings) -> Surface:

@@ -16,10 +16,10 @@ from sparsurf.evaluation.trials import MIN_RECONSTRUCTED_DOTS, MeasuredError, Tr
 from sparsurf.progress import tell
 from sparsurf.recovery.law import start_density
 from sparsurf.recovery.reconstructing import MIN_SHARE
+from sparsurf.recovery.spheres.votes import MIN_DOTS
 from sparsurf.sampling.combination import PUBLISHED_CHOICES, Choices
-from sparsurf.sampling.cover import ROUNDS, dots_to_add, errors_of_dots, rebuilt_from
 from sparsurf.sampling.samplers import SamplerLike, get_samplers, subset_weights
-from sparsurf.settings import BY_ALL, BY_ATOMS, BY_FEWEST
+from sparsurf.settings import BY_ALL, BY_FEWEST, BY_MEAN
 
 log = logging.getLogger("sparsurf")
 
@@ -28,7 +28,8 @@ SEARCHED_PERCENTS = (1, 1.5, 2, 2.5, 3, 4, 5, 6, 7, 8, 10, 12, 15, 20, 25, 30, 4
 NEAR = 0.02  # the search for an error ends once the logarithm of a measured one is so near
 MOST_MEASUREMENTS = 8  # two or three are enough for evenly spread dots
 STEEPEST, FLATTEST = -3.0, -0.3  # slope of the logarithm of the error over that of n_S
-COVER_SURPLUS = 0.02  # share of the dots that touch every atom by which they may exceed those that are needed
+# Of the surface of dots that determine their atoms: one is enough for nine of ten structures, two for nearly all others
+MOST_RECONSTRUCTIONS = 4
 MAX_DIFFERENCE = 0.1  # warn if the number of dots differs from the request by more than this share
 
 
@@ -174,56 +175,30 @@ def smallest_subset_of_error(
 
 
 def smallest_cover(trials: Trials, error: float, error_99: float) -> Found | None:
-    """Find few dots, those that touch every exposed atom first, that reconstruct the surface with a mean and a 99 % error, Å.
+    """Find few dots that determine their atoms, and whose reconstructed surface has a mean and a 99 % error, Å.
 
     The 99 % error bounds the distances of the true surface from the reconstructed one and those of the reconstructed surface from
-    the true one, so that no part is missing and none is invented.
-    Dots are added where the surface errs, and those of the last round only as far as they are needed. The result is None where
-    the dots do not determine their spheres, or where no round reaches the errors.
+    the true one, so that no part is missing and none is invented. It is not bounded, and nothing is measured, if it is infinite.
+    The dots are chosen by predicted errors, and then the surface is reconstructed and measured once; where it exceeds an error,
+    dots are added where it does. The result is None where the dots do not determine their spheres, or do not reach the errors.
     """
-    surface, atoms, threads = trials.prepared.surface, trials.atoms, trials.prepared.threads
-    assert atoms is not None
-    chosen, fewer, decided_by = trials.touching, 0, BY_ATOMS
-    for k, largest_error in enumerate((*ROUNDS, None), 1):
-        tell(
-            f"measuring the error of {len(chosen):,} dots that touch every atom, round {k} of at most {len(ROUNDS) + 1}"
-        )
-        rebuilt = rebuilt_from(surface, atoms, chosen, threads)
-        if rebuilt.share < MIN_SHARE:
+    cover, chosen = trials.cover, trials.cover.for_error(error, error_99)
+    if len(chosen) < MIN_DOTS:
+        return None
+    if math.isinf(error_99):
+        return Found(chosen, None, BY_MEAN)
+    for k in range(1, MOST_RECONSTRUCTIONS + 1):
+        tell(f"measuring the error of {len(chosen):,} dots, number {k} of at most {MOST_RECONSTRUCTIONS}")
+        if trials.reconstructed(chosen).share < MIN_SHARE:
             return None
-        measured = trials.error_of(chosen, rebuilt)
+        measured = trials.error_of(chosen)
         if measured.over(error, error_99) <= 1:
-            return _fewest_of_round(trials, Found(chosen, None, decided_by), fewer, error, error_99)
-        decided_by = measured.decided_by(error, error_99)
-        if largest_error is not None:
-            errs = min(largest_error, error_99)
-            errors = errors_of_dots(surface, rebuilt, threads)
-            added = dots_to_add(surface, chosen, rebuilt, errors, errs, threads)
-            chosen, fewer = np.concatenate([chosen, added]), len(chosen)
+            return Found(chosen, None, measured.decided_by(error, error_99))
+        errors = trials.errors_around(chosen)
+        is_tail = measured.decided_by(error, error_99) != BY_MEAN
+        weight = trials.prepared.surface.area * (errors > error_99 if is_tail else errors)
+        chosen = np.concatenate([chosen, cover.to_add(chosen, errors, weight, 0.5 * weight.sum())])
     return None
-
-
-def _fewest_of_round(trials: Trials, found: Found, too_few: int, error: float, error_99: float) -> Found:
-    """Return the first of the dots that were found, more than `too_few`, that are enough, by bisection to `COVER_SURPLUS`.
-
-    What decides their number is the error that the largest number of dots that is too few exceeds most.
-    """
-    chosen, _, decided_by = found
-    sufficient = len(chosen)
-    atoms, threads = trials.atoms, trials.prepared.threads
-    assert atoms is not None
-    while too_few and sufficient - too_few > COVER_SURPLUS * sufficient:
-        middle = (too_few + sufficient) // 2
-        tell(
-            f"measuring the error of {middle:,} dots; {sufficient:,} are enough, and {too_few:,} are too few"
-        )
-        rebuilt = rebuilt_from(trials.prepared.surface, atoms, chosen[:middle], threads)
-        measured = trials.error_of(chosen[:middle], rebuilt)
-        if measured.over(error, error_99) <= 1:
-            sufficient = middle
-        else:
-            too_few, decided_by = middle, measured.decided_by(error, error_99)
-    return Found(chosen[:sufficient], None, decided_by)
 
 
 def _clip(n: float, fewest: int, largest: int) -> int:

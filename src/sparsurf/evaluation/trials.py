@@ -9,17 +9,25 @@ import numpy as np
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.patches.readings import FULL_READING
 from sparsurf.recovery.errors import TAIL_QUANTILE, distance_to_surface, kept_out
-from sparsurf.recovery.reconstructing import INTERPOLANT, distance_to_reconstructed
-from sparsurf.recovery.spheres.rebuilding import Rebuilt
+from sparsurf.recovery.readings import comparable_density
+from sparsurf.recovery.reconstructing import (
+    DENSITY_FOR_EXACT_ERRORS,
+    DENSITY_FOR_SPHERES,
+    INTERPOLANT,
+    Reconstructed,
+    distance_to_reconstructed,
+    reconstruct_twice,
+)
 from sparsurf.sampling.combination import PUBLISHED_CHOICES, Choices
-from sparsurf.sampling.cover import cover_dots
+from sparsurf.sampling.cover import Cover
 from sparsurf.sampling.samplers import SamplerLike, get_samplers, nearest_kept
 from sparsurf.settings import BY_BACK, BY_FORTH, BY_MEAN
-from sparsurf.surfaces.molecular_surface import RolledFrame, roll_spheres
+from sparsurf.surfaces.exact_distance import exact_distance
+from sparsurf.surfaces.molecular_surface import RolledFrame, rolled_atoms
 from sparsurf.surfaces.surface import Surface, SurfaceOrigin
 
 MIN_RECONSTRUCTED_DOTS = 12  # no surface can be recovered from fewer
-BACK_EVERY = 4  # n-th dot of a reconstructed surface whose distance from the true one is measured, as dense as the test dots
+BACK_EVERY = 2  # n-th dot of a reconstructed surface whose distance from the true one is measured: 5 per Å^2
 TEST_DENSITY = 8.0  # dots per Å^2 of the surface, on which errors are measured; other dots than those that are chosen from
 
 
@@ -68,6 +76,7 @@ class Trials:
         ((self.sampler, self._sampler),) = get_samplers([sampler], "minimal.sampler", choices).items()
         self._z: dict[int, float] = {}  # requested n_S -> Z
         self._errors: dict[int, MeasuredError] = {}
+        self._reconstructed: tuple[np.ndarray, Reconstructed] | None = None
 
     @cached_property
     def _z_tot(self) -> np.ndarray:
@@ -107,10 +116,10 @@ class Trials:
         return self._errors[n]
 
     @cached_property
-    def touching(self) -> np.ndarray:
-        """Dots that touch every exposed atom, (n,) int64, of a surface whose atoms are known."""
-        assert self.atoms is not None
-        return cover_dots(self.prepared.surface, self.atoms)
+    def cover(self) -> Cover:
+        """The choice of dots that determine their atoms, of a surface whose atoms are known."""
+        assert self.atoms is not None and self.rolled is not None
+        return Cover(self.prepared.surface, self.atoms, self.rolled, self.prepared.threads)
 
     @cached_property
     def rolled(self) -> RolledFrame | None:
@@ -132,14 +141,54 @@ class Trials:
         points = kept_out(surface.points, dots) if test is None else test.points
         return points, distance_to_reconstructed(points, self.few(dots), self.model, threads)
 
-    def error_of(self, dots: np.ndarray, rebuilt: Rebuilt) -> MeasuredError:
-        """Measure the errors, in both directions, of a surface that is reconstructed from dots already."""
-        test, threads = self.test_surface or self.prepared.surface, self.prepared.threads
-        points = kept_out(test.points, dots) if self.test_surface is None else test.points
-        errors = distance_to_surface(points, rebuilt.points, rebuilt.normals, threads)
-        back = distance_to_surface(rebuilt.points[::BACK_EVERY], test.points, test.normals, threads)
+    def distances_back(self, points: np.ndarray) -> np.ndarray:
+        """Measure the distances, Å, of each `BACK_EVERY`-th point of a reconstructed surface from the true one.
+
+        They are exact where the atoms are known, and else those from the planes of all dots.
+        """
+        some, threads = points[::BACK_EVERY], self.prepared.threads
+        if self.rolled is None or not self.rolled.rolled.exact:
+            test = self.test_surface or self.prepared.surface
+            return distance_to_surface(some, test.points, test.normals, threads)
+        return np.abs(exact_distance(some, self.rolled, threads=threads))
+
+    def reconstructed(self, dots: np.ndarray) -> Reconstructed:
+        """Reconstruct the surface from a subset: densely, and at a density at which it is compared with the whole surface.
+
+        That of the last subset is kept.
+        """
+        if self._reconstructed is None or not np.array_equal(self._reconstructed[0], dots):
+            prepared, is_exact = self.prepared, self.rolled is not None and self.rolled.rolled.exact
+            density = comparable_density(prepared.density, prepared.patches.d_link)
+            of_spheres = DENSITY_FOR_EXACT_ERRORS if is_exact else DENSITY_FOR_SPHERES
+            found = reconstruct_twice(self.few(dots), density, self.model, prepared.threads, of_spheres)
+            self._reconstructed = dots, found
+        return self._reconstructed[1]
+
+    def error_of(self, dots: np.ndarray) -> MeasuredError:
+        """Measure the errors, in both directions, of the surface reconstructed from a subset."""
+        found, threads = self.reconstructed(dots), self.prepared.threads
+        points = (
+            kept_out(self.prepared.points, dots) if self.test_surface is None else self.test_surface.points
+        )
+        errors = found.distances(points, threads, self.rolled)
+        back = self.distances_back(found.dense.points)
         high_99, back_99 = (float(np.quantile(distances, TAIL_QUANTILE)) for distances in (errors, back))
         return MeasuredError(float(errors.mean()), 0.0, high_99, back_99)
+
+    def errors_around(self, dots: np.ndarray) -> np.ndarray:
+        """Measure how far each dot, or the surface reconstructed next to it, lies from the other surface, (N,) float64, Å."""
+        from scipy.spatial import cKDTree  # here: it takes a quarter of a second to load
+
+        found, points, threads = (
+            self.reconstructed(dots).dense.points,
+            self.prepared.points,
+            self.prepared.threads,
+        )
+        errors = self.reconstructed(dots).distances(points, threads)
+        nearest = cKDTree(points).query(found[::BACK_EVERY], workers=threads)[1]
+        np.maximum.at(errors, nearest, self.distances_back(found))
+        return errors
 
     def few(self, dots: np.ndarray) -> Surface:
         """Return the surface of some dots, with what is known of their spheres."""
@@ -158,9 +207,3 @@ class Trials:
         deviations = np.bincount(cell, weights=errors - mean)
         log_error = float(np.sqrt(np.sum(deviations**2)) / (len(errors) * mean))
         return MeasuredError(mean, log_error, float(np.quantile(errors, TAIL_QUANTILE)))
-
-
-def rolled_atoms(atoms: SurfaceOrigin) -> RolledFrame:
-    """Roll the probe over the atoms of dots, by the rules of their origin."""
-    rules = atoms.rules
-    return roll_spheres(atoms.xyz, atoms.radii, rules.probe_radius, rules.reentrant, rules.cavities)

@@ -24,6 +24,8 @@ log = logging.getLogger("sparsurf")
 MIN_SHARE = 0.5  # of the dots on spheres of inferred atoms, where the spheres are asked for
 # Dots per Å^2 of the surface from which the errors of spheres are measured, which are smaller than those of the interpolant
 DENSITY_FOR_SPHERES = 40.0
+# The same where the distance of each dot from the true surface is exact: six times as many change the errors by 2 %
+DENSITY_FOR_EXACT_ERRORS = 10.0
 
 
 def reconstruct(
@@ -85,21 +87,32 @@ class Reconstructed(NamedTuple):
 
     dense: Surface  # from whose dots errors are measured
     comparable: Surface  # as dense as the whole surface, for patches and pictures
-    model: str  # 'spheres' if some of the dots lie on inferred atoms, else 'interpolant'
+    share: float  # of the dots that lie on inferred atoms; 0 where the interpolant is used everywhere
+
+    @property
+    def model(self) -> str:
+        """'spheres' if some of the dots lie on inferred atoms, else 'interpolant'."""
+        return SPHERES if self.share > 0 else INTERPOLANT
 
     def distances(self, points: np.ndarray, threads: int = 1, true: RolledFrame | None = None) -> np.ndarray:
         """Compute the distance (M,), Å, of points from the reconstructed surface; `true` as in `distance_to_surface`."""
         return distance_to_surface(points, self.dense.points, self.dense.normals, threads, true)
 
 
-def reconstruct_twice(few: Surface, density: float, model: str = AUTO, threads: int = 1) -> Reconstructed:
-    """Reconstruct the surface of few dots for its errors, and at `density` dots per Å^2; 'spheres' refuses no dots here."""
-    densely, comparable = _densely(few, model, threads, density)
-    used = SPHERES if densely.share > 0 else INTERPOLANT
-    return Reconstructed(Surface(*densely[:2]), Surface(*comparable[:2]), used)
+def reconstruct_twice(
+    few: Surface, density: float, model: str = AUTO, threads: int = 1, of_spheres: float = DENSITY_FOR_SPHERES
+) -> Reconstructed:
+    """Reconstruct the surface of few dots for its errors, and at `density` dots per Å^2; 'spheres' refuses no dots here.
+
+    Errors are measured from dots of the density `of_spheres` where these lie on spheres.
+    """
+    densely, comparable = _densely(few, model, threads, density, of_spheres=of_spheres)
+    return Reconstructed(Surface(*densely[:2]), Surface(*comparable[:2]), densely.share)
 
 
-def _densely(few: Surface, model: str, threads: int, *densities: float) -> list[Rebuilt]:
+def _densely(
+    few: Surface, model: str, threads: int, *densities: float, of_spheres: float = DENSITY_FOR_SPHERES
+) -> list[Rebuilt]:
     """Reconstruct the surface of few dots so densely that errors are measured from its dots, and at further densities.
 
     Returned is of each what `reconstruct` returns; the model 'spheres' refuses no dots.
@@ -107,7 +120,7 @@ def _densely(few: Surface, model: str, threads: int, *densities: float) -> list[
     if model == INTERPOLANT:
         densities = (DENSITY_FOR_ERRORS, *densities)
         return reconstruct_at(few, densities, INTERPOLANT, threads=threads)
-    dense, *further = reconstruct_at(few, (DENSITY_FOR_SPHERES, *densities), AUTO, threads=threads)
+    dense, *further = reconstruct_at(few, (of_spheres, *densities), AUTO, threads=threads)
     if dense.share == 0:
         dense = reconstruct(few, DENSITY_FOR_ERRORS, INTERPOLANT, threads=threads)
     return [dense, *further]

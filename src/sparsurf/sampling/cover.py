@@ -1,39 +1,53 @@
-"""Choose dots that touch every exposed atom, and more where the surface that is rebuilt from them errs.
+"""Choose few dots that determine the atoms under a surface, and more where the surface that follows from them would err.
 
-`recovery.spheres` infers the atoms under few dots. A contact dot for each exposed atom, and one more probe that touches it,
+`recovery.spheres` infers the atoms under few dots. A contact dot of an exposed atom, and one more probe that touches it,
 determine the atom, so that such dots determine the surface. They serve this reconstruction alone: the interpolant errs by 20
 to 40 % more with them than with the same number of farthest points, and if a tenth of them is lost at random, the mean error
 grows from 0.002 to 0.06 to 0.1 Å.
+
+Since the true atoms are known here, the error of a choice follows from the atoms that are inferred from it, without any
+reconstruction: a dot lies on the reconstructed surface if its probe touches the same atoms and holds none inside.
 """
 
 from __future__ import annotations
 
-import heapq
+import math
 from typing import Protocol
 
 import numpy as np
 
 from sparsurf.errors import InputError
 from sparsurf.patches.index import build_grid, select_separated
-from sparsurf.recovery.errors import distance_to_surface
-from sparsurf.recovery.reconstructing import DENSITY_FOR_SPHERES
-from sparsurf.recovery.spheres.rebuilding import Rebuilt, rebuild
+from sparsurf.recovery.spheres.atoms import (
+    MAX_ANGLE,
+    MIN_ACROSS,
+    TOUCHES_OF_CONTACT,
+    TOUCHES_OF_SADDLE,
+    TOUCHES_OF_TRIPLE,
+    infer,
+)
+from sparsurf.recovery.spheres.explanations import UNEXPLAINED, completed
+from sparsurf.recovery.spheres.votes import known_model
 from sparsurf.sampling.farthest_point import farthest_after, farthest_point_sampling
 from sparsurf.sampling.published import SampledSurface
-from sparsurf.surfaces.surface import CONTACT, Surface, SurfaceOrigin
+from sparsurf.sampling.touches import Touches, set_cover, touches_of
+from sparsurf.surfaces.exact_distance import exact_distance
+from sparsurf.surfaces.molecular_surface import RolledFrame, roll_spheres, rolled_atoms
+from sparsurf.surfaces.surface import CONTACT, SADDLE, Surface, SurfaceOrigin
 
-# Of other dots that each exposed atom gets. A contact dot gives its radius' line to the centre, so that one probe fixes it;
-# without one, three probes fix a sphere, and two more tell the atom from a sphere that touches three by chance.
-TOUCHES, TOUCHES_WITHOUT_CONTACT = 1, 5
-TOUCH = 1e-5  # Å, of a probe and an atom: rounding
-SAME_PROBE = 0.05  # Å, between probe centres of which only one is chosen
 DECIMALS = 4  # of positions and normals in a file
-# Å, between dots that are added in one round: a dot mends the surface around it, which the next round measures
-SPREAD = 1.5
-# Å: dots are added where the true surface lies so far from the rebuilt one, the worst places first
-ROUNDS = (0.12, 0.12, 0.12, 0.06, 0.06, 0.03)
-# Å, of the rebuilt surface from the true one, and dots that are added for it in a round: few, since they mend less than others
-OVERSHOOTS, MAX_OVERSHOOTS = 0.25, 40
+# If a share of the exposed atoms, those that touch least area, is given up, the mean error grows with the power of 2.2 of this
+# share and is 0.02 Å at a fifth of them; 99 % of the surface lies within 20 times as much (three structures).
+GIVEN_UP, MEAN_ERROR, TAIL, POWER = 0.2, 0.02, 20.0, 1 / 2.2
+SAME_ATOM = 0.01  # Å, of an inferred atom from a true one: ten times the error of positions with `DECIMALS`
+BALL = 1e-4  # Å, radius of a kept dot that no atom explains, over which the probe rolls like over an atom: rounding
+# Å, between dots that are added in one round: a dot mends the surface around it, so that one for each bad place is enough. At 1 Å
+# 3 % more dots are kept for the same errors, at 2.5 Å further rounds are needed.
+APART = 1.5
+ROUNDS = 2  # of adding dots: they mend nearly all that is predicted
+# Share of the surface that may lie beyond the 99 % error by prediction, and to which a round of added dots reduces it
+BEYOND, REDUCED = 0.009, 0.007
+LEAST_ERROR = 0.02  # Å, from which on dots are added where a number of dots is requested
 
 
 class SurfaceOnAtoms(SampledSurface, Protocol):
@@ -43,27 +57,168 @@ class SurfaceOnAtoms(SampledSurface, Protocol):
     threads: int
 
 
-def cover_dots(surface: Surface, atoms: SurfaceOrigin) -> np.ndarray:
-    """Return dots, (n,) int64, of which a contact dot touches each exposed atom, and another dot touches it once more.
+class Cover:
+    """The choice of dots, of a surface that was placed on atoms, that determine these atoms."""
 
-    An atom that is touched by saddle and concave dots alone gets five of them. The contact dot of an atom is the one nearest to
-    the middle of its exposed part, and the others follow greedily: the dot that touches most atoms which lack one (set cover).
+    def __init__(self, surface: Surface, atoms: SurfaceOrigin, rolled: RolledFrame, threads: int = 1) -> None:
+        """Find what the probe at each dot touches; `rolled` are the atoms with the probe rolled over them."""
+        self.surface, self.atoms, self.threads = surface, atoms, threads
+        self.touches, self.component = touches_of(surface, atoms), rolled.components(surface)
+        self.touched_area = self.touches.areas(surface, len(atoms.xyz))
+
+    def dots(self, share_given_up: float = 0.0) -> np.ndarray:
+        """Return the dots that determine the exposed atoms, without the given share of them, those that touch least area.
+
+        There is a dot on each component, also on a cavity whose atoms are touched from outside: the probe rolls where dots lie.
+        """
+        exposed = np.asarray(np.flatnonzero(self.touched_area))
+        least = exposed[np.argsort(self.touched_area[exposed], kind="stable")]
+        given_up = np.zeros(len(self.touched_area), bool)
+        given_up[least[: int(share_given_up * len(exposed))]] = True
+        chosen = cover_dots(self.surface, self.atoms, self.touches, given_up)
+        others = np.flatnonzero(~np.isin(self.component, self.component[chosen]))
+        best = _best_of_each(self.component[others], np.diff(self.touches.start)[others])
+        return np.append(chosen, others[best])
+
+    def for_error(self, error: float, error_99: float) -> np.ndarray:
+        """Return few dots whose reconstructed surface has a mean and a 99 % error, Å, by prediction."""
+        chosen, area = self.dots(share_to_give_up(error, error_99)), self.surface.area
+        for _ in range(ROUNDS if error_99 < math.inf else 0):
+            errors = self.predicted_errors(chosen)
+            beyond = area * (errors > error_99)
+            if beyond.sum() > BEYOND * area.sum():
+                added = self.to_add(chosen, errors, beyond, REDUCED * area.sum())
+            elif (area * errors).sum() > error * area.sum():
+                added = self.to_add(chosen, errors, area * errors, REDUCED / BEYOND * error * area.sum())
+            else:
+                break
+            chosen = np.concatenate([chosen, added])
+        return chosen
+
+    def predicted_errors(self, chosen: np.ndarray) -> np.ndarray:
+        """Predict how far each dot will lie from the surface that is reconstructed from the chosen ones, (N,) float64, Å.
+
+        A dot whose probe touches the same inferred atoms as true ones has no error. For the others it is the distance from the
+        surface of the inferred atoms and of the chosen dots that these do not explain, over which the probe rolls as well.
+        """
+        from scipy.spatial import cKDTree  # here: it takes a quarter of a second to load
+
+        surface, atoms, probe = self.surface, self.atoms, self.atoms.rules.probe_radius
+        points, normals = surface.points[chosen].round(DECIMALS), surface.normals[chosen].round(DECIMALS)
+        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+        model = known_model(
+            points, normals, probe, np.unique(atoms.radii) if atoms.table is None else atoms.table
+        )
+        inferred = infer(points, normals, model, self.threads)
+        centres, radii, found = completed(
+            points + probe * normals, normals, inferred.centres, inferred.radii, model
+        )
+        distance, nearest = map(np.asarray, cKDTree(atoms.xyz).query(centres))
+        is_true = (distance < SAME_ATOM) & (np.abs(atoms.radii[nearest] - radii) < SAME_ATOM)
+        missing = np.full(len(atoms.xyz), True)
+        missing[nearest[is_true]] = False
+        errs = self.touches.dots_of(missing)
+        if not is_true.all():
+            places, reach = surface.points + probe * surface.normals, radii.max() + probe
+            others = cKDTree(centres[~is_true])
+            errs |= np.isfinite(others.query(places, distance_upper_bound=reach)[0])
+        balls = points[found.kind == UNEXPLAINED]
+        spheres = np.concatenate([centres, balls])
+        rolled = roll_spheres(spheres, np.append(radii, np.full(len(balls), BALL)), probe)
+        errors = np.zeros(len(surface))
+        errors[errs] = np.abs(exact_distance(surface.points[errs], rolled, threads=self.threads))
+        return errors
+
+    def to_add(self, chosen: np.ndarray, errors: np.ndarray, weight: np.ndarray, rest: float) -> np.ndarray:
+        """Return dots to add so that weights (N,) sum to about `rest` where no added dot is the nearest, the most useful first.
+
+        A dot is added where the error is the largest around; of these places, those with the largest weight come first.
+        """
+        from scipy.spatial import cKDTree  # here: it takes a quarter of a second to load
+
+        points, bad = self.surface.points, np.flatnonzero(weight)
+        candidates = bad[~np.isin(bad, chosen)]
+        candidates = candidates[np.argsort(-errors[candidates], kind="stable")]
+        if len(candidates) == 0:
+            return candidates
+        grid = build_grid(points[candidates])
+        worst = candidates[select_separated(grid, np.arange(len(candidates)), APART, len(candidates), 0)]
+        nearest = cKDTree(points[worst]).query(points[bad])[1]
+        mended = np.bincount(nearest, weight[bad], len(worst))
+        order = np.argsort(-mended, kind="stable")
+        return worst[order[: np.searchsorted(np.cumsum(mended[order]), mended.sum() - rest) + 1]]
+
+
+def share_to_give_up(error: float, error_99: float) -> float:
+    """Return the share of the exposed atoms that need not be determined for a mean and a 99 % error, Å; it may exceed 1."""
+    return GIVEN_UP * (min(error, error_99 / TAIL) / MEAN_ERROR) ** POWER
+
+
+def cover_dots(
+    surface: Surface, atoms: SurfaceOrigin, touches: Touches, given_up: np.ndarray | None = None
+) -> np.ndarray:
+    """Return few dots, (n,) int64, that determine each exposed atom, but for those that are given up, (A,) bool.
+
+    The contact dot of an atom is the one nearest to the middle of its exposed part, and another probe confirms it. An atom
+    without a contact dot is fixed by a saddle dot that also touches an atom with one, and confirmed by two other probes; where
+    there is no such dot, it gets five probes. The confirming dots follow greedily (set cover): the dot that touches most atoms
+    that lack one, first among those of atoms without a contact dot, whose probes are then near one another, and last among those
+    that touch an atom which is given up, since these do not lie on the surface of the others.
     """
+    n_atoms = len(atoms.xyz)
+    wanted, given_up = np.zeros(n_atoms, bool), np.zeros(n_atoms, bool) if given_up is None else given_up
+    wanted[touches.atom] = True
+    wanted &= ~given_up
     contact = np.flatnonzero(surface.kind == CONTACT)
-    atom, n_atoms = surface.atom[contact], len(atoms.xyz)
+    contact = contact[wanted[surface.atom[contact]]]
+    atom = surface.atom[contact]
     middle = np.stack([np.bincount(atom, surface.normals[contact, k], n_atoms) for k in range(3)], axis=1)
     along = np.einsum("ij,ij->i", surface.normals[contact], middle[atom]).round(9)
-    order = np.lexsort((-along, atom))
-    first = np.append(True, np.diff(atom[order]) != 0) if len(order) else np.zeros(0, bool)
-    chosen = contact[order[first]].tolist()
-    other = np.flatnonzero(surface.kind != CONTACT)
-    probes = surface.points[other] + atoms.rules.probe_radius * surface.normals[other]
-    touched = _touched(probes, atoms)
-    lacks = np.zeros(n_atoms, int)
-    lacks[np.concatenate([*touched, np.empty(0, int)]).astype(int)] = TOUCHES_WITHOUT_CONTACT
-    lacks[atom] = TOUCHES
-    chosen += other[_set_cover(probes, touched, lacks)].tolist() if len(other) else []
-    return np.array(chosen, np.int64)
+    contact = contact[_best_of_each(atom, along)]
+    known = np.zeros(n_atoms, bool)
+    known[surface.atom[contact]] = True
+    saddle, first_atom, second_atom = _saddles(surface, atoms, touches, known, wanted & ~known)
+    lacks = np.where(wanted, TOUCHES_OF_TRIPLE, 0)
+    lacks[known] = TOUCHES_OF_CONTACT - 1
+    lacks[second_atom] = TOUCHES_OF_SADDLE - 1
+    np.subtract.at(lacks, first_atom, 1)
+    used = np.zeros(len(surface), bool)
+    used[touches.first[saddle]] = True
+    others, avoided = np.flatnonzero(surface.kind != CONTACT), touches.dots_of(given_up)
+    chosen = [contact, saddle]
+    clusters = others[touches.dots_of(wanted & ~known)[others] & ~avoided[others]]
+    for candidates in (clusters, others[~avoided[others]], others[avoided[others]]):
+        chosen.append(set_cover(candidates, touches, lacks, used))
+    return np.concatenate(chosen)
+
+
+def _saddles(
+    surface: Surface, atoms: SurfaceOrigin, touches: Touches, known: np.ndarray, unknown: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return a saddle dot for each unknown atom that shares one with a known atom, (n,), and its known and unknown atoms.
+
+    It is the dot nearest to the middle of its arc, and `infer` can find the second atom from it.
+    """
+    saddle = np.flatnonzero((surface.kind == SADDLE) & (np.diff(touches.start) == 2))
+    pair = touches.atom[touches.start[saddle][:, None] + np.arange(2)]
+    pair = np.where(unknown[pair[:, :1]], pair[:, ::-1], pair)  # the unknown atom is the second
+    helps = known[pair[:, 0]] & unknown[pair[:, 1]]
+    saddle, pair = saddle[helps], pair[helps]
+    inward = -surface.normals[saddle]
+    towards = atoms.xyz[pair] - (surface.points[saddle] - atoms.rules.probe_radius * inward)[:, None]
+    towards /= np.linalg.norm(towards, axis=2, keepdims=True)
+    cosines = np.einsum("ij,ikj->ik", inward, towards)
+    between = np.einsum("ij,ij->i", towards[:, 0], towards[:, 1])
+    is_fixed = (between > np.cos(MAX_ANGLE)) & (cosines[:, 0] ** 2 < 1 - MIN_ACROSS**2)
+    saddle, pair, cosines = saddle[is_fixed], pair[is_fixed], cosines[is_fixed]
+    best = _best_of_each(pair[:, 1], cosines.min(axis=1).round(9))
+    return saddle[best], pair[best, 0], pair[best, 1]
+
+
+def _best_of_each(group: np.ndarray, score: np.ndarray) -> np.ndarray:
+    """Return the position of the highest score of each group, (g,) int64; of equal ones, the first."""
+    order = np.lexsort((-score, group))
+    return order[np.flatnonzero(np.diff(group[order], prepend=-1))]
 
 
 def atoms_of(surface: Surface) -> SurfaceOrigin:
@@ -76,101 +231,25 @@ def atoms_of(surface: Surface) -> SurfaceOrigin:
 
 
 def cover(prepared: SurfaceOnAtoms, n: int, rng: np.random.Generator) -> np.ndarray:
-    """Touch every exposed atom, then add dots where the surface rebuilt from them errs, and at last farthest points.
+    """Determine every exposed atom, then add dots where the surface would err, and at last farthest points.
 
-    Of all rounds, the one with the smallest largest error stays: dots that are close together can agree by chance on an atom
-    that is not there, so that more of them do not always err less.
+    Of all rounds, the one with the smallest mean error stays: dots that are close together can agree by chance on an atom that
+    is not there, so that more of them do not always err less.
     """
-    surface, threads = prepared.surface, prepared.threads
+    surface = prepared.surface
     atoms = atoms_of(surface)
-    chosen = best = cover_dots(surface, atoms)
+    search = Cover(surface, atoms, rolled_atoms(atoms), prepared.threads)
+    chosen = best = search.dots()
     if n <= len(chosen):  # evenly spread ones of them
         return chosen[farthest_point_sampling(build_grid(surface.points[chosen]), n, rng)]
     least = np.inf
-    for errs in (*ROUNDS, None):
-        rebuilt = rebuilt_from(surface, atoms, chosen, threads)
-        errors = errors_of_dots(surface, rebuilt, threads)
-        if errors.max() < least:
-            best, least = chosen, errors.max()
-        if errs is None or len(chosen) == n:
+    for k in range(ROUNDS + 1):
+        errors = search.predicted_errors(chosen)
+        mean = float((surface.area * errors).sum())
+        if mean < least:
+            best, least = chosen, mean
+        beyond = surface.area * (errors > LEAST_ERROR)
+        if k == ROUNDS or len(chosen) == n or not beyond.any():
             break
-        added = dots_to_add(surface, chosen, rebuilt, errors, errs, threads)
-        chosen = np.concatenate([chosen, added])[:n]
+        chosen = np.concatenate([chosen, search.to_add(chosen, errors, beyond, 0.0)])[:n]
     return farthest_after(prepared.index, best, n)
-
-
-def rebuilt_from(surface: Surface, atoms: SurfaceOrigin, dots: np.ndarray, threads: int = 1) -> Rebuilt:
-    """Reconstruct the surface from some of its dots, with the decimals that a file gives them."""
-    points, normals = surface.points[dots].round(DECIMALS), surface.normals[dots].round(DECIMALS)
-    return rebuild(
-        points,
-        normals,
-        DENSITY_FOR_SPHERES,
-        threads=threads,
-        probe_radius=atoms.rules.probe_radius,
-        radii=atoms.table,
-    )
-
-
-def errors_of_dots(surface: Surface, rebuilt: Rebuilt, threads: int = 1) -> np.ndarray:
-    """Measure how far each dot lies from the surface that was rebuilt from some of them, (N,) float64, Å."""
-    return distance_to_surface(surface.points, rebuilt.points, rebuilt.normals, threads)
-
-
-def dots_to_add(
-    surface: Surface, chosen: np.ndarray, rebuilt: Rebuilt, errors: np.ndarray, errs: float, threads: int = 1
-) -> np.ndarray:
-    """Return dots, the worst first, whose `errors` exceed `errs` Å, or above which the rebuilt surface overshoots."""
-    from scipy.spatial import cKDTree
-
-    overshoots = distance_to_surface(rebuilt.points, surface.points, surface.normals, threads)
-    worst = _worst(surface.points, errors, errs, len(errors))
-    over = _worst(rebuilt.points, overshoots, max(OVERSHOOTS, errs), MAX_OVERSHOOTS)
-    under = np.asarray(cKDTree(surface.points).query(rebuilt.points[over])[1], np.int64)
-    dots = np.concatenate([worst, under])
-    order = np.argsort(-np.concatenate([errors[worst], overshoots[over]]), kind="stable")
-    _, first = np.unique(dots[order], return_index=True)
-    dots = dots[order][np.sort(first)]
-    return dots[~np.isin(dots, chosen)]
-
-
-def _worst(points: np.ndarray, errors: np.ndarray, least: float, n_points: int) -> np.ndarray:
-    """Return the points with the largest errors above `least` Å that are apart from one another, at most so many."""
-    order = np.argsort(-errors, kind="stable")[: np.count_nonzero(errors > least)]
-    if len(order) == 0:
-        return order
-    return order[select_separated(build_grid(points[order]), np.arange(len(order)), SPREAD, n_points, 0)]
-
-
-def _touched(probes: np.ndarray, atoms: SurfaceOrigin) -> list[np.ndarray]:
-    """Return the atoms that each probe touches."""
-    from scipy.spatial import cKDTree  # here: it takes a quarter of a second to load
-
-    if len(probes) == 0:
-        return []
-    reach = atoms.radii + atoms.rules.probe_radius
-    pairs = cKDTree(probes).sparse_distance_matrix(
-        cKDTree(atoms.xyz), reach.max() + TOUCH, output_type="ndarray"
-    )
-    pairs = pairs[np.abs(pairs["v"] - reach[pairs["j"]]) < TOUCH]
-    pairs = pairs[np.lexsort((pairs["j"], pairs["i"]))]
-    return np.split(pairs["j"], np.searchsorted(pairs["i"], np.arange(1, len(probes))))
-
-
-def _set_cover(probes: np.ndarray, touched: list[np.ndarray], lacks: np.ndarray) -> list[int]:
-    """Return probes, in the order of choice, each of which touches most atoms that lack a touch; `lacks` is used up."""
-    from scipy.spatial import cKDTree
-
-    tree, used, chosen = cKDTree(probes), np.zeros(len(probes), bool), []
-    heap = [(-len(atoms), i) for i, atoms in enumerate(touched)]
-    heapq.heapify(heap)
-    while heap:
-        gain, i = heapq.heappop(heap)
-        now = 0 if used[i] else int((lacks[touched[i]] > 0).sum())
-        if 0 < now < -gain:
-            heapq.heappush(heap, (-now, i))
-        elif now:
-            chosen.append(i)
-            lacks[touched[i]] -= 1
-            used[tree.query_ball_point(probes[i], SAME_PROBE)] = True
-    return chosen

@@ -183,6 +183,12 @@ def roll_spheres(
     return RolledFrame(roll_probe(xyz, radii, float(probe), reentrant == "exact"), kept, cavities)
 
 
+def rolled_atoms(atoms: SurfaceOrigin) -> RolledFrame:
+    """Roll the probe over the atoms of dots, by the rules of their origin."""
+    rules = atoms.rules
+    return roll_spheres(atoms.xyz, atoms.radii, rules.probe_radius, rules.reentrant, rules.cavities)
+
+
 def density_for_d_link(
     molecule: Molecule | SimpleNamespace,
     position: int,

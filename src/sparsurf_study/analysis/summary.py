@@ -111,6 +111,7 @@ def _recovered_columns(everywhere: pd.Series) -> dict[str, float]:
     of_surface = (
         "mean",
         "high_99",
+        "back_99",
         "largest",
         *(key for key in everywhere.index if str(key).startswith("Z_")),
     )

@@ -419,7 +419,7 @@ def test_minimal_prints_its_error_and_warns_of_gaps(folder, tmp_path, capsys):
     told = re.search(r"deviates by ([\d.]+) Å on average \(99 %: ([\d.]+) Å, largest: ([\d.]+) Å", shown)
     mean, of_most, largest = map(float, told.groups())
     assert mean == pytest.approx(errors.mean(), abs=0.0015)  # of other dots, with three decimals
-    assert of_most == pytest.approx(np.quantile(errors, 0.99), rel=0.1) and of_most < largest
+    assert of_most == pytest.approx(np.quantile(errors, 0.99), rel=0.15) and of_most < largest
     assert re.search(r"Its Z is 0\.\d+: an identical surface has a Z of 0", shown) and "too few" not in shown
     assert ended("minimal", folder / "protein.pdb", "--n-dots", 9, "-o", tmp_path / "m.csv") == 0
     assert "warning: minimal: 9 dots are too few to reconstruct the surface" in capsys.readouterr().err
@@ -458,7 +458,7 @@ def test_each_command_reports_what_it_wrote(folder, tmp_path, monkeypatch, capfd
         "minimal protein.pdb --percent 5": f"{round(len(dots) / 20)} of {len(dots):,} dots (5 %; "
         f"{per_area(round(len(dots) / 20))} per Å^2), chosen by farthest point",
         "minimal protein.pdb": f"{len(smallest)} of {len(dots):,} dots ({number(100 * len(smallest) / len(dots), 1)} %; "
-        f"{per_area(len(smallest))} per Å^2), touching every atom",
+        f"{per_area(len(smallest))} per Å^2), determining the atoms",
         "minimal protein.pdb --model interpolant --error 0.2": f"{len(interpolated)} of {len(dots):,} dots "
         f"({number(100 * len(interpolated) / len(dots), 1)} %; 95 % interval {low} to {high} %; "
         f"{per_area(len(interpolated))} per Å^2), chosen by farthest point",

@@ -1,5 +1,7 @@
 """Dots that touch every exposed atom, and the smallest subset of them with a requested error."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -7,10 +9,14 @@ import sparsurf
 from conftest import ROOT
 from sparsurf.cli import command
 from sparsurf.errors import InputError
-from sparsurf.evaluation.trials import MeasuredError
+from sparsurf.evaluation.minimal_subset import represent
+from sparsurf.evaluation.prepared_surface import PreparedSurface
+from sparsurf.evaluation.trials import MeasuredError, Trials
 from sparsurf.recovery.errors import distance_to_surface
-from sparsurf.sampling.cover import cover_dots
-from sparsurf.surfaces.surface import CONTACT, Reconstruction
+from sparsurf.settings import Minimal, Settings
+from sparsurf.streams import Streams
+from sparsurf.surfaces.molecular_surface import rolled_atoms
+from sparsurf.surfaces.surface import CONTACT, SADDLE, Reconstruction
 
 
 @pytest.fixture(scope="module")
@@ -37,19 +43,59 @@ def errors(fresh, dense):
     return there.mean(), max(np.quantile(there, 0.99), np.quantile(back, 0.99))
 
 
-def test_every_exposed_atom_is_touched_twice(dots):
-    """By a contact dot and by another one; atoms without a contact dot by up to five, as a plain count of distances finds."""
-    chosen, atoms = cover_dots(dots, dots.origin), dots.origin
+def test_every_exposed_atom_is_determined(dots):
+    """By a contact dot and another probe, or by three probes of which one gives a saddle dot with a known atom, or by five.
+
+    The touches are those that a plain count of distances finds.
+    """
+    cover = Trials(PreparedSurface(dots), "cover", 2, atoms=dots.origin).cover
+    chosen, atoms = cover.dots(), dots.origin
     assert len(np.unique(chosen)) == len(chosen)
-    contact = dots.kind[chosen] == CONTACT
-    assert np.array_equal(np.sort(dots.atom[chosen[contact]]), np.unique(dots.atom[dots.kind == CONTACT]))
     probes = dots.points + 1.4 * dots.normals
     touches = np.abs(np.linalg.norm(probes[:, None] - atoms.xyz, axis=2) - atoms.radii - 1.4) < 1e-5
+    contact = dots.kind[chosen] == CONTACT
+    known = np.bincount(dots.atom[chosen[contact]], minlength=len(atoms.xyz))
+    assert (
+        np.array_equal(np.flatnonzero(known), np.unique(dots.atom[dots.kind == CONTACT])) and known.max() == 1
+    )
     by_others = touches[chosen[~contact]].sum(axis=0)
     possible = touches[dots.kind != CONTACT].any(axis=0)
     assert (by_others[possible] >= 1).all() and possible.sum() > 100
-    blind = possible & ~np.isin(np.arange(len(atoms.xyz)), dots.atom[chosen[contact]])
-    assert blind.any() and np.median(by_others[blind]) >= 3
+    saddles = touches[chosen[dots.kind[chosen] == SADDLE]]
+    pairs = saddles[saddles.sum(axis=1) == 2]
+    beside_known = pairs[(pairs & (known > 0)).sum(axis=1) == 1].any(axis=0) & (known == 0)
+    assert beside_known.sum() > 10 and np.median(by_others[beside_known]) == 3
+    assert set(cover.component) == set(cover.component[chosen])
+
+
+def test_atoms_that_are_given_up_are_those_that_touch_least(dots):
+    cover = Trials(PreparedSurface(dots), "cover", 2, atoms=dots.origin).cover
+    probes = dots.points + 1.4 * dots.normals
+    touches = (
+        np.abs(np.linalg.norm(probes[:, None] - dots.origin.xyz, axis=2) - dots.origin.radii - 1.4) < 1e-5
+    )
+    area = touches.T @ dots.area
+    assert cover.touched_area == pytest.approx(area)
+    all_dots, fewer = cover.dots(), cover.dots(0.2)
+    assert len(fewer) < 0.85 * len(all_dots)
+    exposed = np.flatnonzero(area)
+    given_up = exposed[np.argsort(area[exposed], kind="stable")][: int(0.2 * len(exposed))]
+    contact = fewer[dots.kind[fewer] == CONTACT]
+    with_contact = np.unique(dots.atom[dots.kind == CONTACT])
+    assert set(dots.atom[contact]) == set(with_contact) - set(given_up)
+
+
+def test_predicted_errors_are_those_of_the_reconstructed_surface(dots):
+    """A seventh of the atoms is given up, so that a hundredth of the surface lies more than 0.1 Å off."""
+    cover = Trials(PreparedSurface(dots), "cover", 2, atoms=dots.origin).cover
+    some = cover.dots(0.15)
+    dense = sparsurf.recover(dots[some], density=30)
+    measured = distance_to_surface(dots.points, dense.points, dense.normals, 1, rolled_atoms(dots.origin))
+    predicted = cover.predicted_errors(some)
+    assert (predicted > 0.1).mean() > 0.005
+    assert predicted.mean() == pytest.approx(measured.mean(), rel=0.4)
+    assert np.quantile(predicted, 0.99) == pytest.approx(np.quantile(measured, 0.99), rel=0.3)
+    assert np.corrcoef(predicted, measured)[0, 1] > 0.6
 
 
 def test_the_default_keeps_few_dots_and_bounds_both_errors(dots, fresh, few):
@@ -60,6 +106,43 @@ def test_the_default_keeps_few_dots_and_bounds_both_errors(dots, fresh, few):
     assert mean < 0.02 and high_99 < 0.105
     again = sparsurf.minimal(dots)
     assert np.array_equal(few.dots, again.dots)
+
+
+def test_the_errors_that_are_told_are_within_their_limits(dots, few):
+    row = few.measure_errors().iloc[0]
+    assert row["mean"] <= 0.02 and row["high_99"] <= 0.1 and row["back_99"] <= 0.1
+    nearest = {
+        "mean": row["mean"] / 0.02,
+        "99 % forth": row["high_99"] / 0.1,
+        "99 % back": row["back_99"] / 0.1,
+    }
+    assert few.decided_by == max(nearest, key=nearest.get) == row["decided_by"]
+    looser = sparsurf.minimal(dots, error=0.05)
+    row = looser.measure_errors().iloc[0]
+    assert len(looser) < len(few) and max(row["high_99"], row["back_99"]) <= 0.25
+
+
+def test_an_infinite_99_percent_error_bounds_the_mean_alone(dots, few, tmp_path):
+    fewer = sparsurf.minimal(dots, error=0.02, error_99=math.inf)
+    assert len(fewer) < 0.95 * len(few) and fewer.decided_by == "mean"
+    row = fewer.measure_errors().iloc[0]
+    assert row["mean"] < 0.03 and row["high_99"] > 0.1
+    path = tmp_path / "few.csv"
+    words = ["--selection", "resid < 31 and not element H", "--error-99", "inf", "--quiet"]
+    assert command.main(["minimal", str(ROOT / "data/tdp43/topology.pdb"), "-o", str(path), *words]) == 0
+    assert len(sparsurf.read_surface(path)) == len(fewer)
+    assert Minimal(error=0.02, error_99=math.inf).error_99 == math.inf
+    for value in (11, 0, math.nan):
+        with pytest.raises(InputError, match=r"error_99 is .* and at most 10, or inf"):
+            sparsurf.minimal(dots, error=0.02, error_99=value)
+        with pytest.raises(ValueError, match="error_99"):
+            Minimal(error=0.02, error_99=value)
+
+
+def test_any_number_of_threads_chooses_the_same_dots(dots, few):
+    for threads in (1, 3):
+        found = represent(dots, Settings(minimal={"error": 0.02}), Streams(1), dots.molecule, threads=threads)
+        assert np.array_equal(found.subset.dots, few.dots)
 
 
 def test_a_smaller_99_percent_error_takes_more_dots(dots, fresh, few):
@@ -81,9 +164,6 @@ def test_what_decides_the_number_of_dots_is_what_changes_it(dots, few, tmp_path)
     by_mean = sparsurf.minimal(dots, error=0.003, error_99=5.0)
     assert by_mean.decided_by == "mean" and len(by_mean) > len(few)
     assert np.array_equal(sparsurf.minimal(dots, error=0.003, error_99=9.0).dots, by_mean.dots)
-    by_atoms = sparsurf.minimal(dots, error=0.15, sampler="cover")
-    assert by_atoms.decided_by == "atoms"
-    assert np.array_equal(sparsurf.minimal(dots, error=0.2, sampler="cover").dots, by_atoms.dots)
     assert sparsurf.minimal(dots, percent=5).decided_by == ""
 
 

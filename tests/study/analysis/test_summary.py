@@ -226,7 +226,13 @@ def test_the_row_of_a_surface_has_its_subset_its_errors_and_its_floor():
             "n_S_percent_low": [3.5, np.nan],
             "n_S_percent_high": [4.5, np.nan],
         }
-        | {"density": [0.6, np.nan], "mean": [0.02, 9.0], "high_99": [0.1, 9.0], "largest": [0.3, 9.0]}
+        | {
+            "density": [0.6, np.nan],
+            "mean": [0.02, 9.0],
+            "high_99": [0.1, 9.0],
+            "back_99": [0.2, np.nan],
+            "largest": [0.3, 9.0],
+        }
         | {"n_S_percent": [4.0, np.nan], "Z_published": [0.5, np.nan], "Z_rotation_robust": [0.25, np.nan]}
     )
     components = pd.DataFrame({"dots": [900, 100], "volume": [500.0, 20.0], "cavity": [False, True]})
@@ -240,14 +246,14 @@ def test_the_row_of_a_surface_has_its_subset_its_errors_and_its_floor():
         "protein": "q", "conformation": "c1", "N": 800, "area": 250.0, "volume": 480.0, "components": 2, "cavities": 1,
         "spacing": 0.37, "mean_roughness": 0.5, "minimal_n_S": 32, "minimal_n_S_percent": 4.0,
         "minimal_n_S_percent_low": 3.5, "minimal_n_S_percent_high": 4.5, "minimal_density": 0.6, "recovered_mean": 0.02,
-        "recovered_high_99": 0.1, "recovered_largest": 0.3, "recovered_Z_published": 0.5,
+        "recovered_high_99": 0.1, "recovered_back_99": 0.2, "recovered_largest": 0.3, "recovered_Z_published": 0.5,
         "recovered_Z_rotation_robust": 0.25, "best_kept": "(1, 0, 2, 0)",
         "best_full": str(Combination.from_row(whole.best["full"]["unrestricted"])), "Z_resampled": 0.75,
     }  # fmt: skip
     assert list(table) == [
         "protein", "conformation", "N", "area", "volume", "components", "cavities", "spacing", "mean_roughness",
         "minimal_n_S", "minimal_n_S_percent", "minimal_n_S_percent_low", "minimal_n_S_percent_high", "minimal_density",
-        "recovered_mean", "recovered_high_99", "recovered_largest", "recovered_Z_published",
+        "recovered_mean", "recovered_high_99", "recovered_back_99", "recovered_largest", "recovered_Z_published",
         "recovered_Z_rotation_robust", "best_kept", "best_full", "Z_resampled",
     ]  # fmt: skip
     assert table.iloc[0].dropna().to_dict() == {
@@ -348,6 +354,7 @@ def test_a_folder_holds_what_was_made_of_its_conformation(tmp_path):
         "dots_percent",
         "mean",
         "high_99",
+        "back_99",
         "largest",
         "n_S_percent",
         "n_S_percent_low",
