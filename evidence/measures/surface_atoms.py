@@ -36,7 +36,8 @@ AREA_OF_MSMS = re.compile(r"NUMERICAL VOLUMES AND AREA\n.*\n((?: +\d+ +\S+ +\S+ 
 
 
 def cpu_seconds(call: Callable[[], Any]) -> tuple[float, Any]:
-    """Return the CPU time of a call whose kernels are loaded, and its result."""
+    """Return the CPU time of the second of two calls, and its result."""
+    call()
     before = time.process_time()
     result = call()
     return time.process_time() - before, result
@@ -86,8 +87,8 @@ def by_freesasa(spheres: Spheres) -> float:
     return freesasa.calcCoord(spheres[0].ravel(), spheres[1]).totalArea()
 
 
-def measure_one(spheres: Spheres, probe: float, in_full: bool) -> dict[str, float]:
-    """Measure the atoms that determine a surface: numbers and CPU time over that of `surface`; `in_full` also `compare`."""
+def measure_one(spheres: Spheres, probe: float) -> dict[str, float]:
+    """Measure the atoms that determine a surface: numbers and CPU time over that of `surface`; and `compare`."""
     seconds, dots = cpu_seconds(lambda: sparsurf.surface(spheres, probe_radius=probe))
     of_atoms, few = cpu_seconds(lambda: sparsurf.surface_atoms(spheres, probe_radius=probe))
     area, n_touched = float(dots.area.sum()), int(few.touched.sum())
@@ -95,7 +96,7 @@ def measure_one(spheres: Spheres, probe: float, in_full: bool) -> dict[str, floa
     row |= {"exact": int(few.is_exact), "area": area, "touched_per_area": n_touched / area}
     row |= {"per_area": len(few) / area, "touched_percent": 100 * n_touched / len(spheres[1])}
     row |= {"percent": 100 * len(few) / len(spheres[1]), "cost": of_atoms / seconds}
-    return row | (compare(few, spheres, area) if in_full else {})
+    return row | compare(few, spheres, area)
 
 
 def compare(few: sparsurf.SurfaceAtoms, spheres: Spheres, area: float) -> dict[str, float]:
@@ -123,10 +124,9 @@ def spheres_of(path: str, n: int = 1) -> Spheres:
 
 
 def measure_surface_atoms(job: Job) -> None:
-    """Measure the atoms that determine the surfaces of many structures; every n-th of them in full."""
+    """Measure the atoms that determine the surfaces of many structures."""
     params, rows = job.params, []
     progress = reporter("Surface atoms", "structures")
-    measure_one(spheres_of(next(iter(params.structures.values()))[0]), PROBE_RADIUS, False)  # loads kernels
     for k, (name, (path, n)) in enumerate(params.structures.items()):
         try:
             spheres = spheres_of(path, n)
@@ -134,7 +134,7 @@ def measure_surface_atoms(job: Job) -> None:
             print(f"{name} takes no part: {error}")
             continue
         for probe in params.probes if len(spheres[1]) <= MANY_ATOMS else [PROBE_RADIUS]:
-            row = measure_one(spheres, probe, k % params.every == 0)
+            row = measure_one(spheres, probe)
             rows.append({"structure": name, "copies": n, "group": params.group} | row)
         progress(k + 1, len(params.structures))
     pd.DataFrame(rows).to_csv(job.output.table, index=False)
@@ -144,7 +144,7 @@ def tabulate_surface_atoms(job: Job) -> None:
     """Tabulate the atoms that determine a surface: means, lowest and highest values over the structures of a group."""
     rows, means = read_tables(job.input.tables), []
     for (group, probe), part in rows.groupby(["group", "probe"], sort=False):
-        row = {"group": group, "probe": probe, "n": len(part), "in_full": int(part["there"].notna().sum())}
+        row = {"group": group, "probe": probe, "n": len(part)}
         row["inexact"] = int((part["exact"] == 0).sum())
         for name in part.columns.drop(["structure", "copies", "group", "probe", "exact"]):
             values = part[name].dropna()

@@ -1,12 +1,14 @@
 # docs/few_dots.md: the atoms that determine a surface exactly.
 
 SURFACE_ATOMS = config["surface_atoms"]
-SURFACE_ATOMS_CHAINS = names_in_set(STRUCTURES, "chains")
+SURFACE_ATOMS_CHAINS = names_in_set(STRUCTURES, "chains")[
+    SURFACE_ATOMS["chains"]["first"] :: SURFACE_ATOMS["chains"]["every"]
+]
 # Of a part: its group, and the number of copies of each structure
 SURFACE_ATOMS_PARTS = {
-    f"chains_{k}": ("chains", dict.fromkeys(SURFACE_ATOMS_CHAINS[k :: SURFACE_ATOMS["parts"]], 1))
-    for k in range(SURFACE_ATOMS["parts"])
-} | {"others": ("others", {name: n for name, n in SURFACE_ATOMS["others"].items() if name in STRUCTURES})}
+    "chains": ("chains", dict.fromkeys(SURFACE_ATOMS_CHAINS, 1)),
+    "others": ("others", {name: n for name, n in SURFACE_ATOMS["others"].items() if name in STRUCTURES}),
+}
 
 
 rule measure_surface_atoms:
@@ -26,7 +28,6 @@ rule measure_surface_atoms:
         },
         group=lambda wildcards: SURFACE_ATOMS_PARTS[wildcards.part][0],
         probes=lambda wildcards: SURFACE_ATOMS["probes"] if wildcards.part == "others" else [1.4],
-        every=lambda wildcards: 1 if wildcards.part == "others" else SURFACE_ATOMS["every"],
     message:
         "Atoms that determine a surface: {wildcards.part}"
     script:
