@@ -84,7 +84,7 @@ COMMANDS = (
     "show {} --no-open -o page.html",
 )
 # Copies of the embedded structure of 953 atoms whose cost an atom is compared: 4,000, 60,000 and 320,000 atoms
-GROWTH, MAX_GROWTH = (4, 63, 336), 1.15
+GROWTH, MAX_GROWTH = (4, 63, 336), 1.1
 MAX_POINTS_PER_SURFACE = 1.8  # time of `points` over that of its surface
 SIZES_OF_DENSITY = (("209-247", 1), (None, 4), (None, 16))  # residues and copies: 600, 4,000 and 15,000 atoms
 MAX_DEFAULT_DENSITY = 1.2  # time of dots of the default density over that of the same density by hand

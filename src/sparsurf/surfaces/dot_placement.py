@@ -43,7 +43,6 @@ from sparsurf.surfaces.vectors import (
     cell_column,
     cross,
     dot,
-    doubled,
     point,
     sort_into_cells,
     squared_distance,
@@ -72,11 +71,21 @@ SHIFT_SEED = 1
 INSIDE_TOLERANCE = 1e-9
 
 
-class PlacedDots(NamedTuple):
-    """Dots of one kind in the order in which they were placed."""
+class Dots(NamedTuple):
+    """Dots by atom, those of one atom by kind (concave, saddle, contact); N is 0 while they are counted."""
 
-    rows: np.ndarray  # (N, 7) float64: position, outward normal, area
-    atom: np.ndarray  # (N, 1) int64, owning atom
+    points: np.ndarray  # (N, 3) float64, Å
+    normals: np.ndarray  # (N, 3) float64, outward
+    area: np.ndarray  # (N,) float64, Å^2
+    kind: np.ndarray  # (N,) int8
+    atom: np.ndarray  # (N,) int32
+
+    @staticmethod
+    def empty(n: int) -> Dots:
+        """Make room for n dots."""
+        return Dots(
+            np.empty((n, 3)), np.empty((n, 3)), np.empty(n), np.empty(n, np.int8), np.empty(n, np.int32)
+        )
 
 
 class RolledProbe(NamedTuple):
@@ -92,19 +101,6 @@ class RolledProbe(NamedTuple):
     probe: float  # Å, radius
     exact: bool
     left_out: EnclosedCentres  # centres of the probe at which no dots are placed, and which trim none
-
-
-class Placed(NamedTuple):
-    """Dots by kind before their areas are exact and before they are in order."""
-
-    dots: dict[int, PlacedDots]
-    share: np.ndarray  # (P,) float64, part of the dots of each concave triangle that is kept
-    spacing: float  # Å, of the lattice
-
-    @property
-    def positions(self) -> np.ndarray:
-        """Positions (N, 3), Å, relative to the origin."""
-        return np.concatenate([part.rows[:, :3] for part in self.dots.values()])
 
 
 def roll_probe(xyz: np.ndarray, radii: np.ndarray, probe: float, exact: bool) -> RolledProbe:
@@ -125,70 +121,42 @@ def roll_probe(xyz: np.ndarray, radii: np.ndarray, probe: float, exact: bool) ->
     )
 
 
-def place_dots(rolled: RolledProbe, density: float) -> Placed:
-    """Place dots on the solvent-excluded surface, `density` per Å^2 of the lattice."""
+def lattice_spacing(density: float) -> float:
+    """Return the distance of neighbouring dots, Å, on a lattice of `density` dots per Å^2."""
+    return math.sqrt(2 / math.sqrt(3) / density)
+
+
+def place_dots(rolled: RolledProbe, density: float) -> Dots:
+    """Place dots on the solvent-excluded surface, `density` per Å^2 of the lattice.
+
+    The dots of each atom and kind are counted first, so that each is written once, to its place among all.
+    """
     radii, rolling, probe, exact = rolled.radii, rolled.rolling, rolled.probe, rolled.exact
     left_out, kept_arcs = rolled.left_out, ~rolled.left_out.arcs
-    spacing = math.sqrt(2 / math.sqrt(3) / density)
-    templates, first, template = _templates(radii, spacing)
-    contact = _contact_dots(
-        rolled.blockers, rolled.whole, templates, first, template, probe, rolling, left_out
+    spacing, n_atoms = lattice_spacing(density), len(rolled.radii)
+    strips = rolling.arcs[kept_arcs], rolling.pair[kept_arcs], probe, spacing, exact
+    templates, unit = _templates(radii, spacing), sphere_template(probe, spacing)
+    n_contact, n_saddle, n_concave = np.zeros((3, n_atoms), np.int64)
+    is_free, contact_area, counted = _count_contact_dots(
+        rolled.blockers, rolled.whole, templates, probe, rolling, left_out, n_contact
     )
-    saddle = _saddle_dots(rolling.arcs[kept_arcs], rolling.pair[kept_arcs], probe, spacing, exact)
-    units = sphere_template(probe, spacing)
-    concave, share = _concave_dots(rolling, rolled.probe_cells, units, probe, exact, left_out)
-    return Placed({CONCAVE: concave, SADDLE: saddle, CONTACT: contact}, share, spacing)
-
-
-def finish_dots(
-    rolled: RolledProbe, placed: Placed
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Sort dots by atom (concave, saddle, contact), with exact areas: points, normals, area, kind, atom; `placed` is used up."""
-    dots, by_position = placed.dots, rolled.by_position
-    if rolled.exact:
-        _set_exact_areas(
-            dots[CONTACT],
-            dots[CONCAVE],
-            placed.share,
-            rolled.rolling,
-            rolled.radii,
-            rolled.probe,
-            rolled.left_out,
+    uncounted, nowhere = Dots.empty(0), np.zeros(3)
+    _saddle_dots(*strips, n_saddle, nowhere, rolled.by_position, uncounted)
+    owners, share = _count_concave_dots(rolling, rolled.probe_cells, unit, probe, exact, left_out, n_concave)
+    concave_area = 4 * math.pi * probe**2 / len(unit)
+    if exact:
+        contact_area, concave_area = _exact_areas(
+            contact_area, counted, concave_area, int(n_concave.sum()), share, rolling, radii, probe, left_out
         )
-    n_dots = np.zeros(len(by_position), np.int64)
-    for part in dots.values():
-        n_dots[by_position] += np.bincount(part.atom[:, 0], minlength=len(by_position))
-    n, slot, origin = int(n_dots.sum()), np.cumsum(n_dots) - n_dots, np.array(rolled.origin)
-    points, normals, area = np.empty((n, 3)), np.empty((n, 3)), np.empty(n)
-    kind, atom = np.empty(n, np.int8), np.empty(n, np.int32)
-    for code in list(dots):  # each is freed once it is copied, as they take more memory than what is returned
-        rows, owner = dots.pop(code)
-        _copy_by_atom(rows, owner, code, by_position, origin, slot, points, normals, area, kind, atom)
-    return points, normals, area, kind, atom
-
-
-@njit(cache=True, nogil=True)
-def _copy_by_atom(
-    rows: np.ndarray,
-    owner: np.ndarray,
-    code: int,
-    by_position: np.ndarray,
-    origin: np.ndarray,
-    slot: np.ndarray,
-    points: np.ndarray,
-    normals: np.ndarray,
-    area: np.ndarray,
-    kind: np.ndarray,
-    atom: np.ndarray,
-) -> None:
-    """Copy dots of one kind to the next free places of their atoms, `slot` (A,), which is advanced."""
-    for n in range(len(rows)):
-        i = by_position[owner[n, 0]]
-        k = slot[i]
-        slot[i] = k + 1
-        for a in range(3):
-            points[k, a], normals[k, a] = rows[n, a] + origin[a], rows[n, 3 + a]
-        area[k], kind[k], atom[k] = rows[n, 6], code, i
+    n_dots = np.empty((n_atoms, 3), np.int64)
+    n_dots[rolled.by_position] = np.stack([n_concave, n_saddle, n_contact], axis=1)
+    first = (np.cumsum(n_dots) - n_dots.ravel()).reshape(n_dots.shape)[rolled.by_position]
+    concave, saddle, contact = np.ascontiguousarray(first.T)
+    dots, place = Dots.empty(int(n_dots.sum())), (np.array(rolled.origin), rolled.by_position)
+    _concave_dots(rolling, owners, unit, probe, concave_area, concave, *place, dots)
+    _saddle_dots(*strips, saddle, *place, dots)
+    _contact_dots(rolled.blockers, is_free, templates, probe, contact_area, contact, *place, dots)
+    return dots
 
 
 def checked_spheres(
@@ -234,19 +202,21 @@ def relative_positions(xyz: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     )
 
 
-def _set_exact_areas(
-    contact: PlacedDots,
-    concave: PlacedDots,
+def _exact_areas(
+    contact_area: np.ndarray,
+    counted: np.ndarray,
+    concave_area: float,
+    n_concave: int,
     share: np.ndarray,
     rolling: Rolling,
     radii: np.ndarray,
     probe: float,
     left_out: EnclosedCentres,
-) -> None:
-    """Replace the counted areas of contact and concave dots by exact ones (Gauss-Bonnet), in place.
+) -> tuple[np.ndarray, float]:
+    """Return the areas of a contact dot of each atom, (A,), and of a concave dot, as they are exact (Gauss-Bonnet).
 
-    The contact patches of an atom share their area among their dots. The concave triangles, of which the part `share` (P,) is
-    left, do so all together, since many hold no dot.
+    The contact patches of an atom, whose dots have the area `counted` (A,), share their area among their dots. The concave
+    triangles, of which the part `share` (P,) is left, do so all together, since many hold no dot.
     """
     centre, n = rolling.atoms.centre, len(radii)
     kept_arcs, kept_probes = ~left_out.arcs, ~left_out.probes
@@ -261,23 +231,22 @@ def _set_exact_areas(
     normals = np.cross(to_atoms, np.roll(to_atoms, -1, axis=1))
     normals /= np.maximum(np.linalg.norm(normals, axis=2, keepdims=True), 1e-300)
     corners = np.arccos(np.clip(-(normals * np.roll(normals, 1, axis=1)).sum(axis=2), -1, 1))
-    if len(concave.rows):
+    if n_concave:
         triangles = probe**2 * (corners.sum(axis=1) - math.pi)
-        concave.rows[:, 6] *= (share * triangles).sum() / concave.rows[:, 6].sum()
+        concave_area *= (share * triangles).sum() / np.broadcast_to(concave_area, n_concave).sum()
     # A patch on a unit sphere has the area 2 pi chi - (total turn of its border); chi follows from the counted area
     length = arcs[:, PHI_1] - arcs[:, PHI_0]
     border_turn = np.zeros(n) + np.bincount(triple.ravel(), corners.ravel(), n)
     border_turn += np.bincount(pair[:, 0], np.sin(arcs[:, THETA_I]) * length, n)
     border_turn -= np.bincount(pair[:, 1], np.sin(arcs[:, THETA_J]) * length, n)
-    owner, counted = contact.atom[:, 0], np.bincount(contact.atom[:, 0], contact.rows[:, 6], n)
     # Whole by its nature (sphere 2, disc 1, ring 0), so that the counted area need only be right to half of 2 pi
     chi = np.round((counted / radii**2 + border_turn) / (2 * math.pi))
     area = np.maximum(radii**2 * (2 * math.pi * chi - border_turn), 0)
-    if len(owner):
-        has_dots = counted > 0
-        contact.rows[:, 6] *= (area[has_dots] / counted[has_dots])[np.cumsum(has_dots)[owner] - 1]
+    if (has_dots := counted > 0).any():
+        exact = contact_area[has_dots] * (area[has_dots] / counted[has_dots])
         # Atoms whose patch is too small for a dot leave their area to the others, so that the sum is that of the surface
-        contact.rows[:, 6] *= area.sum() / area[has_dots].sum()
+        contact_area[has_dots] = exact * (area.sum() / area[has_dots].sum())
+    return contact_area, concave_area
 
 
 def sphere_template(radius: float, spacing: float) -> np.ndarray:
@@ -294,12 +263,20 @@ def sphere_template(radius: float, spacing: float) -> np.ndarray:
     return np.concatenate(rings)
 
 
-def _templates(radii: np.ndarray, spacing: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the templates of all distinct radii in one (n, 3) array, the first row of each, and the template of each atom."""
+class Templates(NamedTuple):
+    """Directions of the dots on spheres of all distinct radii."""
+
+    units: np.ndarray  # (n, 3) float64
+    first: np.ndarray  # of each template and of what follows the last, the first of `units`
+    of_atom: np.ndarray  # (A,) int64, template of each atom
+
+
+def _templates(radii: np.ndarray, spacing: float) -> Templates:
+    """Return the templates of all distinct radii."""
     distinct, template = np.unique(radii, return_inverse=True)
     parts = [sphere_template(float(radius), spacing) for radius in distinct]
     first = np.concatenate([[0], np.cumsum([len(part) for part in parts])])
-    return np.concatenate(parts), first, template.astype(np.int64)
+    return Templates(np.concatenate(parts), first, template.astype(np.int64))
 
 
 def at_least_one_probe(probes: np.ndarray) -> np.ndarray:
@@ -309,45 +286,85 @@ def at_least_one_probe(probes: np.ndarray) -> np.ndarray:
 
 @njit(cache=True, nogil=True)
 def _write(
-    rows: np.ndarray, atom: np.ndarray, n: int, position: Vector, normal: Vector, area: float, owner: int
+    dots: Dots,
+    slot: np.ndarray,
+    owner: int,
+    position: Vector,
+    normal: Vector,
+    area: float,
+    kind: int,
+    origin: np.ndarray,
+    by_position: np.ndarray,
 ) -> None:
-    """Fill row n of the dots."""
+    """Write a dot to the next free place of its owner, `slot` (A,), which is advanced."""
+    k = slot[owner]
+    slot[owner] = k + 1
     for a in range(3):
-        rows[n, a], rows[n, 3 + a] = position[a], normal[a]
-    rows[n, 6], atom[n, 0] = area, owner
+        dots.points[k, a], dots.normals[k, a] = position[a] + origin[a], normal[a]
+    dots.area[k], dots.kind[k], dots.atom[k] = area, kind, by_position[owner]
 
 
 @njit(cache=True, nogil=True)
-def _contact_dots(
+def _count_contact_dots(
     atoms: RolledAtoms,
     whole: np.ndarray,
-    units: np.ndarray,
-    first: np.ndarray,
-    template: np.ndarray,
+    templates: Templates,
     probe: float,
     rolling: Rolling,
     left_out: EnclosedCentres,
-) -> PlacedDots:
-    """Place the dots of each atom at which a touching probe is accessible; on spheres `whole` one dot decides for all."""
-    rows, atom, total = np.empty((64, 7)), np.empty((64, 1), np.int64), 0
-    for i in range(len(atoms.centre)):
+    n_dots: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Find the dots at which a touching probe is accessible; on spheres `whole` one dot decides for all.
+
+    Adds their number to `n_dots` (A,), and returns whether each dot of the template of each atom is one, the area of one dot of
+    each atom, and that of all of them.
+    """
+    first, n_atoms = templates.first, len(atoms.centre)
+    total = 0
+    for i in range(n_atoms):
+        total += first[templates.of_atom[i] + 1] - first[templates.of_atom[i]]
+    is_free, area, counted, m = np.zeros(total, np.bool_), np.empty(n_atoms), np.zeros(n_atoms), 0
+    for i in range(n_atoms):
         radius, centre = atoms.reach[i] - probe, point(atoms.centre, i)
-        begin, end = first[template[i]], first[template[i] + 1]
+        begin, end = first[templates.of_atom[i]], first[templates.of_atom[i] + 1]
+        area[i] = 4 * math.pi * radius**2 / (end - begin)
         guess = -1
         for n in range(begin, end):
-            unit = point(units, n)
-            touching = add_scaled(centre, atoms.reach[i], unit)
+            touching = add_scaled(centre, atoms.reach[i], point(templates.units, n))
             guess = blocker(touching, i, atoms, guess)
             if guess >= 0 and whole[i]:
                 break
             if guess >= 0 or is_enclosed(touching, i, rolling, left_out):
                 continue
-            if total == len(rows):
-                rows, atom = doubled(rows), doubled(atom)
-            area = 4 * math.pi * radius**2 / (end - begin)
-            _write(rows, atom, total, add_scaled(centre, radius, unit), unit, area, i)
-            total += 1
-    return PlacedDots(rows[:total], atom[:total])
+            is_free[m + n - begin] = True
+            n_dots[i] += 1
+            counted[i] += area[i]
+        m += end - begin
+    return is_free, area, counted
+
+
+@njit(cache=True, nogil=True)
+def _contact_dots(
+    atoms: RolledAtoms,
+    is_free: np.ndarray,
+    templates: Templates,
+    probe: float,
+    area: np.ndarray,
+    slot: np.ndarray,
+    origin: np.ndarray,
+    by_position: np.ndarray,
+    dots: Dots,
+) -> None:
+    """Write the dots of each atom that are free, of an area (A,) by atom, to their places `slot`."""
+    m = 0
+    for i in range(len(atoms.centre)):
+        radius, centre = atoms.reach[i] - probe, point(atoms.centre, i)
+        for n in range(templates.first[templates.of_atom[i]], templates.first[templates.of_atom[i] + 1]):
+            if is_free[m]:
+                unit = point(templates.units, n)
+                position = add_scaled(centre, radius, unit)
+                _write(dots, slot, i, position, unit, area[i], CONTACT, origin, by_position)
+            m += 1
 
 
 @njit(cache=True, nogil=True)
@@ -373,9 +390,22 @@ def bands(arc: np.ndarray, probe: float) -> tuple[tuple[float, float], tuple[flo
 
 
 @njit(cache=True, nogil=True)
-def _saddle_dots(arcs: np.ndarray, pair: np.ndarray, probe: float, spacing: float, exact: bool) -> PlacedDots:
-    """Place the dots of the arcs, last arc first, in strips of equal width in theta, from atom j to atom i."""
-    rows, atom, total = np.empty((64, 7)), np.empty((64, 1), np.int64), 0
+def _saddle_dots(
+    arcs: np.ndarray,
+    pair: np.ndarray,
+    probe: float,
+    spacing: float,
+    exact: bool,
+    slot: np.ndarray,
+    origin: np.ndarray,
+    by_position: np.ndarray,
+    dots: Dots,
+) -> None:
+    """Write the dots of the arcs, last arc first, in strips of equal width in theta, from atom j to atom i.
+
+    They go to their places `slot` (A,); if there is no room for any, they are counted there.
+    """
+    counts = len(dots.area) == 0
     row_spacing = spacing * math.sqrt(0.75)
     cell, carried = spacing * row_spacing, 0.0
     # The last arc first, as in the files of DMS
@@ -407,6 +437,10 @@ def _saddle_dots(arcs: np.ndarray, pair: np.ndarray, probe: float, spacing: floa
                 else:
                     area = band_area(radius, probe, turn, low, high) / max(n_band, 1)
                     owner = pair[b, int(2 * filled < n_filled)]
+                if counts:
+                    slot[owner] += n
+                    filled += n > 0
+                    continue
                 # The dots of a strip face the gaps of the previous one
                 offset = 0.5 if filled % 2 == 0 else 1.0
                 filled += n > 0
@@ -417,27 +451,26 @@ def _saddle_dots(arcs: np.ndarray, pair: np.ndarray, probe: float, spacing: floa
                     normal = add_scaled((0.0, 0.0, 0.0), math.cos(theta), outward)
                     normal = add_scaled(normal, -math.sin(theta), vector_at(arc, U))
                     position = add_scaled(add_scaled(vector_at(arc, T), radius, outward), -probe, normal)
-                    if total == len(rows):
-                        rows, atom = doubled(rows), doubled(atom)
-                    _write(rows, atom, total, position, normal, area, owner)
-                    total += 1
-    return PlacedDots(rows[:total], atom[:total])
+                    _write(dots, slot, owner, position, normal, area, SADDLE, origin, by_position)
 
 
 @njit(cache=True, nogil=True)
-def _concave_dots(
+def _count_concave_dots(
     rolling: Rolling,
     probe_cells: Cells,
     units: np.ndarray,
     probe: float,
     exact: bool,
     left_out: EnclosedCentres,
-) -> tuple[PlacedDots, np.ndarray]:
-    """Place the dots of fixed probes between the directions to their three atoms; also return the share of each that is kept."""
+    n_dots: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Find the dots of fixed probes between the directions to their three atoms, and add their number to `n_dots` (A,).
+
+    Returns which of its three atoms owns each dot of the template of each probe, counted from 1, 0 if it is not placed, and the
+    share of the dots of each probe that is kept.
+    """
     centre = rolling.atoms.centre
-    rows, atom, total = np.empty((64, 7)), np.empty((64, 1), np.int64), 0
-    share = np.ones(len(rolling.probes))
-    area = 4 * math.pi * probe**2 / len(units)
+    owners, share = np.zeros((len(rolling.probes), len(units)), np.uint8), np.ones(len(rolling.probes))
     for q in range(len(rolling.probes)):
         if left_out.probes[q]:
             continue
@@ -450,7 +483,7 @@ def _concave_dots(
         ij, jk, ki = cross(to_i, to_j), cross(to_j, to_k), cross(to_k, to_i)
         # The plane of the atoms is n.v = h for directions v from the probe
         n, h = add_scaled(add_scaled(ij, 1.0, jk), 1.0, ki), dot(ij, to_k)
-        before, n_inside = total, 0
+        n_kept, n_inside = 0, 0
         for m in range(len(units)):
             unit = point(units, m)
             if dot(ij, unit) < 0 or dot(jk, unit) < 0 or dot(ki, unit) < 0:
@@ -462,18 +495,39 @@ def _concave_dots(
             if exact and beyond and _inside_other(position, q, rolling, probe_cells, within, left_out):
                 n_inside += 1
                 continue
-            owner = i
-            for other in (j, k):
-                to_owner = squared_distance(point(centre, owner), position)
-                if squared_distance(point(centre, other), position) < to_owner:
+            owner = 0
+            for other in range(1, 3):
+                to_owner = squared_distance(point(centre, rolling.triple[q, owner]), position)
+                if squared_distance(point(centre, rolling.triple[q, other]), position) < to_owner:
                     owner = other
-            if total == len(rows):
-                rows, atom = doubled(rows), doubled(atom)
-            _write(rows, atom, total, position, (-unit[0], -unit[1], -unit[2]), area, owner)
-            total += 1
+            owners[q, m] = owner + 1
+            n_dots[rolling.triple[q, owner]] += 1
+            n_kept += 1
         if n_inside > 0:
-            share[q] = (total - before) / (total - before + n_inside)
-    return PlacedDots(rows[:total], atom[:total]), share
+            share[q] = n_kept / (n_kept + n_inside)
+    return owners, share
+
+
+@njit(cache=True, nogil=True)
+def _concave_dots(
+    rolling: Rolling,
+    owners: np.ndarray,
+    units: np.ndarray,
+    probe: float,
+    area: float,
+    slot: np.ndarray,
+    origin: np.ndarray,
+    by_position: np.ndarray,
+    dots: Dots,
+) -> None:
+    """Write the dots of fixed probes that have owners, each of an area, to the places `slot` (A,) of these."""
+    for q in range(len(owners)):
+        for m in range(len(units)):
+            if owners[q, m] > 0:
+                unit, owner = point(units, m), rolling.triple[q, owners[q, m] - 1]
+                position = add_scaled(point(rolling.probes, q), probe, unit)
+                inward = (-unit[0], -unit[1], -unit[2])
+                _write(dots, slot, owner, position, inward, area, CONCAVE, origin, by_position)
 
 
 @njit(cache=True, nogil=True)

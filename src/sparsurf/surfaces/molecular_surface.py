@@ -15,10 +15,9 @@ from sparsurf.errors import InputError, argument
 from sparsurf.surfaces.components import components_of_rolled, without_cavities
 from sparsurf.surfaces.dot_placement import (
     LATTICE,
-    Placed,
     RolledProbe,
     checked_spheres,
-    finish_dots,
+    lattice_spacing,
     place_dots,
     roll_probe,
 )
@@ -53,7 +52,7 @@ def surface_of_molecule(
     """Place dots on one frame of a molecule with a density that suits d_link (Å); they carry the molecule."""
     dots = surface_of_spheres(molecule.xyz[frame], radii_of(molecule, settings.radii), settings, d_link, name)
     assert dots.origin is not None
-    return replace(dots, origin=replace(dots.origin, molecule=molecule, frame=frame))
+    return dots.with_origin(replace(dots.origin, molecule=molecule, frame=frame))
 
 
 def surface_of_spheres(
@@ -64,9 +63,9 @@ def surface_of_spheres(
     rolled = roll_frame(spheres, 0, radii, settings)
     dots, _ = rolled.surface_for_d_link(settings.density, d_link, name)
     generator = partial(surface_generator, spheres, 0, radii, settings, d_link, "surface")
-    xyz = spheres.xyz[0]
-    origin = SurfaceOrigin(None, 0, xyz, settings, d_link, radii, rolled.components, dots.points, generator)
-    return replace(dots, origin=origin)
+    xyz, points = spheres.xyz[0], dots.points.copy()
+    origin = SurfaceOrigin(None, 0, xyz, settings, d_link, radii, rolled.components, points, generator)
+    return dots.with_origin(origin)
 
 
 def surface_of_surface_atoms(atoms: SurfaceAtoms, settings: Rules, d_link: float) -> Surface:
@@ -80,9 +79,17 @@ def surface_of_surface_atoms(atoms: SurfaceAtoms, settings: Rules, d_link: float
     whole = SimpleNamespace(xyz=xyz[None])
     generator = partial(surface_generator, whole, 0, radii, settings, d_link, "surface")
     origin = SurfaceOrigin(
-        atoms.molecule, atoms.frame, xyz, settings, d_link, radii, rolled.components, dots.points, generator
+        atoms.molecule,
+        atoms.frame,
+        xyz,
+        settings,
+        d_link,
+        radii,
+        rolled.components,
+        dots.points.copy(),
+        generator,
     )
-    return replace(dots, origin=origin)
+    return dots.with_origin(origin)
 
 
 @dataclass(frozen=True)
@@ -95,7 +102,9 @@ class RolledFrame:
 
     def surface(self, density: float) -> Surface:
         """Place dots of a density."""
-        return self._finished(place_dots(self.rolled, lattice(density)))
+        points, normals, area, kind, atom = place_dots(self.rolled, lattice(density))
+        surface = Surface.of_placed(points, normals, area, kind, self.kept.astype(np.int32)[atom])
+        return without_cavities(surface, self.components(surface)) if self.cavities == "remove" else surface
 
     def components(self, surface: Surface) -> np.ndarray:
         """Return the component of every dot of a surface that was placed here; see `components.components_of`."""
@@ -115,12 +124,13 @@ class RolledFrame:
             return self.surface(density), density
         near = JUST_BELOW * d_link / MIN_D_LINK_PER_SPACING  # a median spacing that suits need not be exact
         density = _below_limit(self._estimate(d_link), d_link, name)
-        gap, finish = self._placed(density, near, published if density == DENSITY else None)
+        surface = self.surface(density) if published is None or density != DENSITY else published
+        gap = spacing(surface.points, lattice_spacing(lattice(density)), near)
         # The spacing falls with the root of the density, in about one attempt; measured again, since it need not do so exactly
         while d_link < (least := MIN_D_LINK_PER_SPACING * gap):
             density = _below_limit(density * (DENSITY_RESERVE * least / d_link) ** 2, d_link, name)
-            gap, finish = self._placed(density, near)
-        surface = finish()
+            surface = self.surface(density)
+            gap = spacing(surface.points, lattice_spacing(lattice(density)), near)
         if density > DENSITY:
             log.info(
                 "%s: %.2f dots per Å^2, so that neighbouring dots lie within d_link = %g Å of one another",
@@ -135,23 +145,6 @@ class RolledFrame:
             return DENSITY
         hydrogens = float(np.mean(radii <= MAX_HYDROGEN_RADIUS))
         return max(DENSITY, (HEAVY_DENSITY - FEWER_WITH_HYDROGENS * hydrogens) * (AUTO_LINK / d_link) ** 2)
-
-    def _placed(
-        self, density: float, near: float, dots: Surface | None = None
-    ) -> tuple[float, Callable[[], Surface]]:
-        """Place dots, if not done; return their median spacing, Å (exact above `near`), and what makes their Surface."""
-        if self.cavities == "remove" or dots is not None:
-            surface = self.surface(density) if dots is None else dots
-            return spacing(surface.points, near=near), lambda: surface
-        placed = place_dots(self.rolled, lattice(density))
-        gap = spacing(placed.positions + self.rolled.origin, placed.spacing, near)
-        return gap, lambda: self._finished(placed)
-
-    def _finished(self, placed: Placed) -> Surface:
-        """Make the Surface of placed dots, without cavities if these are to be removed."""
-        points, normals, area, kind, atom = finish_dots(self.rolled, placed)
-        surface = Surface(points, normals, area, kind, self.kept[atom])
-        return without_cavities(surface, self.components(surface)) if self.cavities == "remove" else surface
 
 
 def _below_limit(density: float, d_link: float, name: str) -> float:

@@ -258,6 +258,26 @@ class Surface(Shown):
         with naming_file("surface"):
             check_values(self.points, columns["area"], columns["kind"], columns["atom"], dot_label)
 
+    @classmethod
+    def of_placed(
+        cls, points: np.ndarray, normals: np.ndarray, area: np.ndarray, kind: np.ndarray, atom: np.ndarray
+    ) -> Surface:
+        """Make a surface that holds the arrays of dots as they were placed, of the types above: they are not copied."""
+        if len(points) == 0:
+            raise InputError("surface: there are no dots.")
+        if not np.isfinite(area).all():
+            raise InputError("surface: the area of a dot is not finite; give more dots per Å^2.")
+        surface = object.__new__(cls)
+        attributes = dict(zip(ARRAY_NAMES, (points, normals, area, kind, atom), strict=True))
+        surface.__dict__.update(attributes, fields={}, origin=None, reconstruction=None)
+        return surface
+
+    def with_origin(self, origin: SurfaceOrigin) -> Surface:
+        """Return the same dots with where they were placed; their arrays are not copied."""
+        surface = object.__new__(type(self))
+        surface.__dict__.update(self.__dict__, origin=origin)
+        return surface
+
     def __repr__(self) -> str:
         return f"Surface of {pluralise(len(self), 'dot', separator=',')}"
 

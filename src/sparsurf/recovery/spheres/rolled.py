@@ -17,7 +17,7 @@ from sparsurf.patches.index import PatchIndex, build_grid, cells_within, select_
 from sparsurf.recovery.spheres.explanations import touched_atoms
 from sparsurf.recovery.spheres.inside import Inside
 from sparsurf.surfaces.components import centres_apart_from
-from sparsurf.surfaces.dot_placement import RolledProbe, finish_dots, place_dots, roll_probe
+from sparsurf.surfaces.dot_placement import RolledProbe, place_dots, roll_probe
 from sparsurf.surfaces.molecular_surface import lattice
 
 # Å, by which the ball of a dot is smaller than the probe, which touches the dot: the rounding of a file
@@ -63,7 +63,7 @@ class RolledSurface(NamedTuple):
 
     def place(self, density: float) -> RolledDots:
         """Place dots at `density` per Å^2, those on balls included."""
-        dots = RolledDots(*finish_dots(self.rolled, place_dots(self.rolled, lattice(density))))
+        dots = RolledDots(*place_dots(self.rolled, lattice(density)))
         return dots.take(_are_near(self.guide, dots.points, FARTHEST))
 
 
