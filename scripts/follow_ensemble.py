@@ -6,7 +6,7 @@ import pandas as pd
 
 from sparsurf_study.workflow.jobs import job
 from sparsurf.evaluation.residues import roughness_over_frames
-from sparsurf.files import no_warnings
+from sparsurf.messages import no_warnings
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf_study.analysis.ensemble import split_residue_columns
 from sparsurf_study.rounding import write_rounded

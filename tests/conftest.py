@@ -2,7 +2,6 @@
 
 import fcntl
 import gc
-import logging
 import os
 import sys
 from collections import Counter
@@ -22,15 +21,6 @@ sys.dont_write_bytecode = False
 
 ROOT = Path(__file__).resolve().parents[1]
 SLOW_FIXTURES = {"study", "many", "browser"}  # whole studies, and a browser: their tests are marked slow
-
-
-@pytest.fixture(autouse=True)
-def level_of_messages():
-    """A job that ran in this process has asked for more messages; the next test starts as a user's program does."""
-    root = logging.getLogger()
-    level = root.level
-    yield
-    root.setLevel(level)
 
 
 @pytest.fixture(scope="session")

@@ -7,18 +7,17 @@ import gzip
 import hashlib
 import importlib
 import io
-import logging
 import os
 import re
 import stat
 import sys
 import zlib
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from sparsurf.errors import FILE, InputError, naming_file, printable
+from sparsurf.errors import FILE, InputError, naming_file
+from sparsurf.messages import escape_control_characters
 
 if TYPE_CHECKING:
     import numpy as np
@@ -32,16 +31,7 @@ N_ROWS_TO_COMPARE = 10  # at the end of a table: they show whether its last row 
 URL_START = re.compile(r"[a-z][a-z0-9+]+:/", re.IGNORECASE)  # a Path drops one of its slashes
 UNPACK = "unpack an archive first, and give the path of the unpacked file."
 
-
-def _make_printable(record: logging.LogRecord) -> bool:
-    """Replace the control characters of a warning by escape codes; a filter of the log of the package."""
-    record.template = str(record.msg)
-    record.msg, record.args = printable(record.getMessage()), ()
-    return True
-
-
-logging.getLogger("sparsurf").addFilter(_make_printable)
-
+escape_control_characters()
 
 closed_streams: set[str] = set()  # the standard streams that were closed when the program began
 
@@ -225,43 +215,6 @@ def read_archive(content: bytes, problem: str) -> dict[str, np.ndarray]:
     if not all(isinstance(array, np.ndarray) for array in arrays.values()):
         raise InputError(f"{FILE} {problem}.")
     return arrays
-
-
-@contextmanager
-def no_warnings() -> Iterator[None]:
-    """Silence the log of the package, for files that a study wrote: it has warned about what they came from."""
-    log = logging.getLogger("sparsurf")
-    before, log.disabled = log.disabled, True
-    try:
-        yield
-    finally:
-        log.disabled = before
-
-
-def _kind_of_warning(record: logging.LogRecord) -> str:
-    """Return what warnings of one kind have in common: the template, or the plain words of a sentence that it holds whole."""
-    template = str(getattr(record, "template", record.msg))
-    if template != "%s: %s":
-        return template
-    return " ".join(re.findall(r"\b[a-z]+\b", record.getMessage().rpartition(": ")[2]))
-
-
-@contextmanager
-def warnings_of_reading() -> Iterator[list[tuple[str, str]]]:
-    """Collect the warnings of the package in place of showing them: the kind of each, and its sentence."""
-    found: list[tuple[str, str]] = []
-
-    class Collector(logging.Handler):
-        def emit(self, record: logging.LogRecord) -> None:
-            found.append((_kind_of_warning(record), record.getMessage()))
-
-    log = logging.getLogger("sparsurf")
-    handlers, propagate = log.handlers, log.propagate
-    log.handlers, log.propagate = [Collector(logging.WARNING)], False
-    try:
-        yield found
-    finally:
-        log.handlers, log.propagate = handlers, propagate
 
 
 def import_pyarrow() -> Any:

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from sparsurf.files import StrPath, no_warnings
+from sparsurf.files import StrPath
+from sparsurf.messages import no_warnings
 from sparsurf.molecules.conformations import FrameChoice, choose_frames
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.read_molecule import read_molecule

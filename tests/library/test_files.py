@@ -3,7 +3,6 @@
 import gzip
 import hashlib
 import io
-import logging
 import sys
 from pathlib import Path
 
@@ -17,13 +16,11 @@ from sparsurf.files import (
     decode_text,
     existing_file,
     import_pyarrow,
-    no_warnings,
     pluralise,
     read_archive,
     read_bytes,
     read_text,
     shorten,
-    warnings_of_reading,
 )
 
 
@@ -82,20 +79,6 @@ def test_what_is_no_whole_gzip_is_reported(tmp_path, content, words):
         read_bytes(tmp_path / "a.gz")
 
 
-def test_what_was_said_before_is_not_said_again(caplog):
-    log = logging.getLogger("sparsurf")
-    with pytest.raises(KeyError), no_warnings():
-        log.warning("once")
-        raise KeyError
-    log.warning("again")
-    assert caplog.messages == ["again"]
-    with no_warnings():
-        with no_warnings():
-            pass
-        log.warning("within the outer one")
-    assert caplog.messages == ["again"]
-
-
 def test_a_number_agrees_with_its_noun_and_verb():
     for number, words in ((0, "0 atoms lack"), (1, "1 atom lacks"), (2, "2 atoms lack")):
         assert pluralise(number, "atom", "lacks") == words
@@ -131,26 +114,6 @@ def test_what_is_no_text_is_named(tmp_path, content, name, words):
 
 def test_a_byte_order_mark_before_latin_1_is_no_text():
     assert decode_text(b"\xef\xbb\xbfd\xe5") == "då"
-
-
-def test_warnings_are_collected_by_their_kind_and_shown_again_behind(caplog):
-    """Those of one template are of one kind; a template that is a whole sentence, by its plain words without numbers."""
-    log = logging.getLogger("sparsurf")
-    before = log.handlers, log.propagate
-    with warnings_of_reading() as found:
-        log.warning("%s lacks %d atoms", "a.pdb", 3)
-        log.info("%s is fine", "a.pdb")
-        log.warning("%s: %s", "a.pdb", "the bond CA-CB of ALA 3 is 3.1 Å long")
-        log.warning("%s: %s", "b.pdb: x", "the bond N-CA of GLY 44 is 2.9 Å long")
-    kinds, sentences = zip(*found, strict=True)
-    assert sentences[0] == "a.pdb lacks 3 atoms" and len(found) == 3
-    assert kinds == ("%s lacks %d atoms", "the bond of is long", "the bond of is long")
-    assert (log.handlers, log.propagate) == before
-    with pytest.raises(KeyError), warnings_of_reading():
-        raise KeyError
-    assert (log.handlers, log.propagate) == before and not caplog.records
-    log.warning("shown again")
-    assert caplog.messages == ["shown again"]
 
 
 def test_an_archive_is_read_by_name_and_refused_beyond_the_limit(monkeypatch):

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sparsurf.errors import InputError, printable
+from sparsurf.messages import listening
 
 if TYPE_CHECKING:
     import numpy as np
@@ -68,12 +69,9 @@ class About:
 @contextmanager
 def heard(path: Any) -> Iterator[Heard]:
     """Collect what the library says of a file while it is read, its notes included; warnings are shown as always."""
-    log, found = logging.getLogger("sparsurf"), Heard()
-    name, before = printable(Path(str(path)).name), log.level
-    shown = log.getEffectiveLevel()
+    found, name = Heard(), printable(Path(str(path)).name)
 
-    def listen(record: logging.LogRecord) -> bool:
-        """Keep the message, and tell whether it is shown to the user as well."""
+    def hear(record: logging.LogRecord) -> None:
         # the filter of the log has replaced what cannot be printed
         text = (
             printable(record.getMessage()).removeprefix(f"{printable(path)}: ").replace(printable(path), name)
@@ -83,15 +81,9 @@ def heard(path: Any) -> Iterator[Heard]:
         elif record.levelno >= logging.WARNING:
             begin = text if text.startswith(name) else f"{text[:1].upper()}{text[1:]}"
             found.sentences.append(begin + ("" if begin.endswith(("?", ".")) else "."))
-        return record.levelno >= shown
 
-    log.addFilter(listen)
-    log.setLevel(min(shown, logging.INFO))
-    try:
+    with listening(hear, logging.INFO, pass_on=True):
         yield found
-    finally:
-        log.removeFilter(listen)
-        log.setLevel(before)
 
 
 def refuse_missing_matplotlib(name: str) -> None:

@@ -17,7 +17,8 @@ from sparsurf.api.parts import digest_of_arguments, forget_other_parts, part_fil
 from sparsurf.api.surfaces import placement
 from sparsurf.arguments import DENSITY_LIMITS, NUMBER_OF_DOTS, PROBE, SEED, Limits
 from sparsurf.errors import InputError
-from sparsurf.files import as_path, checksum_of_file, pluralise, warnings_of_reading
+from sparsurf.files import as_path, checksum_of_file, pluralise
+from sparsurf.messages import kind_of_warning, listening
 from sparsurf.molecules.formats import STRUCTURES, stem, suffix, title
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.patches.index import D_LINK, build_grid
@@ -433,7 +434,8 @@ def _digest(path: Path, request: PointsRequest) -> Any:
 
 def _outcome(path: Path, request: PointsRequest, threads: int) -> Outcome:
     """Return the points of a structure, or why there are none."""
-    with warnings_of_reading() as warnings:
+    heard: list[logging.LogRecord] = []
+    with listening(heard.append):
         try:
             result: Points | str = _chosen(path, 0, request, threads)
         except InputError as error:
@@ -441,4 +443,6 @@ def _outcome(path: Path, request: PointsRequest, threads: int) -> Outcome:
         except MemoryError:
             result = f"{path} needs more memory than there is."
     head = f"{path}: "
-    return Outcome(result, [(kind, sentence.removeprefix(head)) for kind, sentence in warnings])
+    return Outcome(
+        result, [(kind_of_warning(record), record.getMessage().removeprefix(head)) for record in heard]
+    )

@@ -12,7 +12,7 @@ import re
 import sys
 import textwrap
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from importlib import import_module
 from inspect import signature
 from typing import Any, NoReturn
@@ -22,6 +22,7 @@ from sparsurf.errors import InputError, name_in_call, printable
 from sparsurf.files import open_closed_streams
 from sparsurf.garbage import collect_rarely
 from sparsurf.kernel_cache import require_kernel_cache
+from sparsurf.messages import listening
 from sparsurf.molecules.formats import STRUCTURE_LABELS, TOPOLOGY_LABELS
 from sparsurf.suggestions import did_you_mean
 from sparsurf.threads import ignore_numba_threads
@@ -236,21 +237,11 @@ def _compiling(quiet: bool) -> Iterator[None]:
         progress.before_compiling = None
 
 
-@contextmanager
-def _warnings_to_stderr() -> Iterator[None]:
+def _warnings_to_stderr() -> AbstractContextManager[None]:
     """Print warnings of the library, one line each; its notes are for the logs of a study."""
     handler = logging.StreamHandler()  # the standard error of now: tests exchange it
-    handler.setLevel(logging.WARNING)
     handler.setFormatter(logging.Formatter("sparsurf: warning: %(message)s"))
-    log = logging.getLogger("sparsurf")
-    before, propagate, level = log.handlers, log.propagate, log.level
-    log.handlers, log.propagate = [handler], False
-    log.setLevel(logging.WARNING)
-    try:
-        yield
-    finally:
-        log.handlers, log.propagate = before, propagate
-        log.setLevel(level)
+    return listening(handler.handle)
 
 
 def _sentence(error: InputError | OSError, options: Parser | None) -> str:

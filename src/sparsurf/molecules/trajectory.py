@@ -17,7 +17,8 @@ from typing import IO
 import numpy as np
 
 from sparsurf.errors import FILE, InputError
-from sparsurf.files import StrPath, existing_file, no_warnings, pluralise
+from sparsurf.files import StrPath, existing_file, pluralise
+from sparsurf.messages import no_warnings
 from sparsurf.molecules.geometry import refuse_invalid_coordinates
 from sparsurf.molecules.mdtraj_process import EVERY_FRAME, FrameSelection, iterate_frames
 from sparsurf.molecules.source import Source

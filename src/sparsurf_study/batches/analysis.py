@@ -5,8 +5,7 @@ from __future__ import annotations
 import json
 import logging
 import traceback
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -14,6 +13,7 @@ import pandas as pd
 
 from sparsurf.errors import InputError
 from sparsurf.evaluation.minimal_subset import represent
+from sparsurf.messages import listening
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.settings import Settings
 from sparsurf.streams import Streams
@@ -81,14 +81,16 @@ def analyse_batch(
     """Analyse the structures of a batch: tables by the names of `assignment.BATCH_FOLDERS`; a failure is a row of 'failures'."""
     tables: dict[str, list[pd.DataFrame]] = {name: [] for name in BATCH_FOLDERS}
     for done, structure in enumerate(structures, 1):
-        with _collected_warnings() as sentences:
+        heard: list[logging.LogRecord] = []
+        with listening(heard.append):
             try:
                 for name, table in analyse_structure(structure, settings, seed).items():
                     tables[name].append(table)
             except Exception as error:
                 row = {"protein": structure.name, "reason": _reason(error, structure)}
                 tables["failures"].append(pd.DataFrame([row]))
-        rows = [{"protein": structure.name, "sentence": sentence} for sentence in dict.fromkeys(sentences)]
+        sentences = dict.fromkeys(record.getMessage() for record in heard)
+        rows = [{"protein": structure.name, "sentence": sentence} for sentence in sentences]
         tables["warnings"].append(pd.DataFrame(rows, columns=["protein", "sentence"]))
         report(done, len(structures))
     return {
@@ -107,22 +109,3 @@ def _reason(error: Exception, structure: Structure) -> str:
     return (
         f"A defect of this program ({type(error).__name__}: {error}). Please report it with {structure.path}."
     )
-
-
-@contextmanager
-def _collected_warnings() -> Iterator[list[str]]:
-    """Collect the warnings of the library, which then appear nowhere else."""
-    sentences: list[str] = []
-
-    class Collector(logging.Handler):
-        def emit(self, record: logging.LogRecord) -> None:
-            sentences.append(record.getMessage())
-
-    handler, propagate = Collector(logging.WARNING), log.propagate
-    log.addHandler(handler)
-    log.propagate = False
-    try:
-        yield sentences
-    finally:
-        log.removeHandler(handler)
-        log.propagate = propagate

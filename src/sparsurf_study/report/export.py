@@ -7,7 +7,7 @@ import numpy as np
 
 from sparsurf.errors import InputError
 from sparsurf.evaluation.minimal_subset import subset_table
-from sparsurf.files import no_warnings
+from sparsurf.messages import no_warnings
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.surfaces.formats.csv import write_csv

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from sparsurf.errors import InputError
 from sparsurf.garbage import collect_rarely
+from sparsurf.messages import listening
 from sparsurf.threads import ignore_numba_threads
 from sparsurf_study.settings import StudySettings, name_in_config
 from sparsurf_study.workflow.job_logs import ERROR_MARK, PROGRESS, STOPPED, USED_MARK
@@ -91,10 +92,12 @@ def job(snakemake: Any) -> Iterator[Job]:
     with redirect_stdout(log), redirect_stderr(log):
         handler = logging.StreamHandler(log)
         handler.setFormatter(_FinalNames("%(levelname)s %(message)s"))
-        logging.basicConfig(handlers=[handler], level=logging.INFO, force=True)
         logging.captureWarnings(True)
         try:
-            with _outputs_together(snakemake) as work:
+            with (
+                listening(handler.handle, logging.INFO, log=logging.getLogger()),
+                _outputs_together(snakemake) as work,
+            ):
                 yield work
             print(f"{USED_MARK}{used()}", file=log)
         except (KeyboardInterrupt, Exception) as error:
@@ -109,7 +112,6 @@ def job(snakemake: Any) -> Iterator[Job]:
             sys.exit(1)
         finally:
             logging.captureWarnings(False)
-            logging.getLogger().removeHandler(handler)
             with suppress(OSError):
                 log.close()
 

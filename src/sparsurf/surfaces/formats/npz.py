@@ -12,7 +12,8 @@ from pathlib import Path
 import numpy as np
 
 from sparsurf.errors import FILE, InputError, naming_file
-from sparsurf.files import no_warnings, read_archive, read_bytes
+from sparsurf.files import read_archive, read_bytes
+from sparsurf.messages import no_warnings
 from sparsurf.surfaces.surface import (
     ARRAY_NAMES,
     Surface,

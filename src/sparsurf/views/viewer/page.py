@@ -17,7 +17,7 @@ from sparsurf import kinds
 from sparsurf.dot_fields.registry import label_and_unit
 from sparsurf.errors import InputError
 from sparsurf.evaluation.prepared_surface import PreparedSurface
-from sparsurf.files import no_warnings
+from sparsurf.messages import no_warnings
 from sparsurf.patches.readings import words_of
 from sparsurf.recovery.mesh import recovered_mesh
 from sparsurf.recovery.readings import readings_of_columns
