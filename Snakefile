@@ -405,6 +405,7 @@ rule summarise_surfaces:
     params:
         minimal=config["minimal"],
         sampled=SAMPLED,
+        exclude=[*config["exclude"]],
         code=code_of("summarise_surfaces"),
     message:
         "All surfaces side by side"

@@ -7,7 +7,7 @@ from sparsurf.errors import InputError
 from sparsurf.streams import stream
 from sparsurf_study.pairs.changes import changes, over_floor, read_forms, superpose_forms, warn_of_unmatched
 from sparsurf_study.pairs.matching import on_atoms
-from sparsurf_study.workflow.conformations import absent_form, first_column
+from sparsurf_study.workflow.conformations import absent_conformation, first_column
 
 B_FACTOR_OF_BURIED = -1.0  # of residues without a change
 
@@ -15,7 +15,7 @@ with job(snakemake) as s:
     name, forms = s.wildcards.comparison, s.params.forms
     for side, form in enumerate(forms, 1):
         if names := s.input.get(f"names_{side}"):
-            raise InputError(absent_form(name, form, first_column(names)))
+            raise InputError(absent_conformation(f"changes.{name}", form, first_column(names)))
     files = [[s.input[f"{kind}_{side}"] for kind in ("surface", "structure")] for side in (1, 2)]
     compared = read_forms(name, dict(zip(forms, files, strict=True)), s.settings.surface, s.params.d_link)
     warn_of_unmatched(*compared)

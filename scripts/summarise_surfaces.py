@@ -2,9 +2,10 @@
 
 from sparsurf_study.workflow.jobs import job
 from sparsurf_study.report.summaries import summarise_surfaces
-from sparsurf_study.workflow.conformations import require_conformations
+from sparsurf_study.workflow.conformations import require_conformations, require_excluded
 
 with job(snakemake) as s:
     surfaces = require_conformations(s.input.surfaces)
+    require_excluded(s.params.exclude, surfaces[0].parents[2])
     folders = {path.parent: path.parts[-3] in s.params.sampled for path in surfaces}
     summarise_surfaces(folders, s.output.table, s.output.png)

@@ -4,6 +4,7 @@ pypsa-eur's mock_snakemake is the model: https://github.com/PyPSA/pypsa-eur, scr
 """
 
 import argparse
+import bdb
 import os
 import pdb
 import runpy
@@ -51,6 +52,16 @@ def main() -> int:
         run_job(job)
     except InputError as error:
         print(f"\n  {error}\n", file=sys.stderr)
+        return 1
+    except Exception as error:
+        if sys.gettrace() or isinstance(error, bdb.BdbQuit):  # a debugger shows where it was raised
+            raise
+        reason = " ".join(f"{type(error).__name__}: {error}".split())
+        print(
+            f"\n  {shorten(args.output)}: {script_of(job).name} failed ({reason}). Its traceback is in {job.log[0]}. "
+            "If the inputs of this job are older than the code, run the study up to there first.\n",
+            file=sys.stderr,
+        )
         return 1
     print(f"Wrote {', '.join(map(str, job.output))}.")
     return 0

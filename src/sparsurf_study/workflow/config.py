@@ -14,7 +14,7 @@ from sparsurf.molecules.formats import STRUCTURES, suffix
 from sparsurf.settings import OR_INSTALLED, REQUEST_KEYS
 from sparsurf.suggestions import did_you_mean
 from sparsurf_study.batches.assignment import BATCH_FOLDERS, BATCH_PERCENT, batched_structures, takes_batches
-from sparsurf_study.workflow.conformations import absent_form, has_one_model, without_zeros
+from sparsurf_study.workflow.conformations import absent_conformation, has_one_model, without_zeros
 from sparsurf_study.workflow.download import ONLY, allowed, shown, variable
 from sparsurf_study.workflow.memory import too_large
 from sparsurf_study.workflow.mistakes import one_of, sentences
@@ -346,13 +346,11 @@ def _check_changes(config: dict) -> Iterator[str]:
             if "surface" in entry:
                 yield f"changes.{name}: {form!r} is a ready surface without residues; name a structure."
             names = _known_conformations(protein, config) if entry else None
-            wanted = without_zeros(f"/{conformation}").removeprefix("/")
-            if not wanted or not names or wanted in names:
-                continue
-            if len(names) == 1:
-                yield f"changes.{name}: there is no {form!r}, as {protein} has a single form; name {protein!r}."
-            elif "trajectory" in entry or "simulate" in entry or wanted != "f0":  # that of a single structure
-                yield absent_form(name, form, names)
+            if conformation and names and _is_absent(protein, conformation, names, config):
+                single = (
+                    f"changes.{name}: there is no {form!r}, as {protein} has a single form; name {protein!r}."
+                )
+                yield single if len(names) == 1 else absent_conformation(f"changes.{name}", form, names)
         if len({_place(form, config) for form in forms}) == 1:
             note = "" if forms[0] == forms[1] else f" ({forms[1]!r} is the same form)"
             yield f"changes.{name}: {forms[0]!r} is on both sides{note}; name another."
@@ -366,6 +364,14 @@ def _known_conformations(protein: str, config: dict) -> list[str] | None:
     if os.path.isfile(entry.get("structure", "")) and has_one_model(Protein(**entry)):
         return ["c1" if selection == "clusters" else "f0"]
     return [f"f{number}" for number in selection] if isinstance(selection, list) else None
+
+
+def _is_absent(protein: str, conformation: str, names: list[str], config: dict) -> bool:
+    """Return whether none of the known names of its conformations, written with or without zeros, is this one."""
+    wanted, entry = without_zeros(f"/{conformation}").removeprefix("/"), config["proteins"][protein]
+    # what names no trajectory may be a single structure, whose frame is f0 whatever is selected
+    may_be_single = names != ["c1"] and not {"trajectory", "simulate"} & entry.keys()
+    return wanted not in names and not (may_be_single and wanted == "f0")
 
 
 def _place(name: str, config: dict) -> str:
@@ -383,6 +389,10 @@ def _check_excluded(config: dict) -> Iterator[str]:
         is_listed = name in config[kind] if kind in ("pairs", "changes") else kind in config["proteins"]
         if not is_listed or (kind in config["proteins"] and name and not CONFORMATION_OR_ALL.fullmatch(name)):
             yield f"exclude: {part!r} is not part of the study; remove it, or correct its name."
+        elif kind in config["proteins"] and name not in ("", "*"):
+            names = _known_conformations(kind, config)
+            if names and _is_absent(kind, name, names, config):
+                yield absent_conformation("exclude", part, names)
     excluded = {without_zeros(part) for part in config["exclude"]}
     for part, named in needed_conformations(config).items():
         for name in named:

@@ -25,10 +25,22 @@ def without_zeros(name: str) -> str:
     return re.sub(r"/([cf])0*(\d+)(?=/|$)", r"/\1\2", name)
 
 
-def absent_form(comparison: str, form: str, names: list[str]) -> str:
-    """Return the sentence that refuses a form which is none of the conformations of its protein."""
-    protein = form.partition("/")[0]
-    return f"changes.{comparison}: there is no {form!r}; {protein} has {shorten(', '.join(names))}."
+def absent_conformation(key: str, place: str, names: list[str]) -> str:
+    """Return the sentence that refuses a place in a key of the config which is none of the conformations of its protein."""
+    protein = place.partition("/")[0]
+    return f"{key}: there is no {place!r}; {protein} has {shorten(', '.join(names))}."
+
+
+def require_excluded(exclude: Iterable[str], run: Path) -> None:
+    """Raise InputError where `exclude` names a conformation that its protein, whose frames are chosen now, does not have."""
+    for place in exclude:
+        protein, _, conformation = place.partition("/")
+        frames = run / protein / "frames.csv"
+        if conformation in ("", "*") or not frames.is_file():
+            continue
+        names = first_column(frames)
+        if without_zeros(place) not in [without_zeros(f"{protein}/{name}") for name in names]:
+            raise InputError(absent_conformation("exclude", place, names))
 
 
 def require_conformations(files: Iterable[str]) -> list[Path]:

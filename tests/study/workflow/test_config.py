@@ -263,6 +263,17 @@ def test_what_is_excluded_is_a_part_of_the_study():
         )
 
 
+def test_conformations_that_are_excluded_exist_as_far_as_they_are_known():
+    chosen = {"proteins": {"a": FORMS["moving"], "b": FORMS["still"]}, "frames": {"selection": [0, 97]}}
+    refuse(chosen | {"exclude": ["a/f96"]}, "exclude: there is no 'a/f96'; a has f0, f97")
+    refuse(chosen | {"exclude": ["b/f97"]}, "exclude: there is no 'b/f97'; b has f0")
+    refuse(chosen | {"exclude": ["b/c1"]}, "exclude: there is no 'b/c1'; b has f0")
+    assert check_config(chosen | {"exclude": ["a/f0097", "b/f00"]})
+    clustered = {"proteins": chosen["proteins"], "exclude": ["a/c7"]}
+    assert check_config(clustered)  # how many clusters there are is known later
+    refuse(clustered | {"exclude": ["b/c2"]}, "exclude: there is no 'b/c2'; b has c1")
+
+
 def test_forms_that_the_structures_lack_are_named_before_any_job():
     own = {"structure": str(ROOT / "data" / "tdp43" / "topology.pdb")}
     both = {"proteins": {"a": own, "b": own}}
@@ -280,8 +291,8 @@ def test_forms_that_the_structures_lack_are_named_before_any_job():
     [
         (["moving"], {}, ["moving"], ["moving/c1"]),  # how many clusters there are is known later
         (["moving"], {"frames": {"selection": [700, 0]}}, ["moving/f0700", "moving/f0"], ["moving/f0"]),
-        (["still"], {}, ["still/c01"], ["still/c2"]),
-        (["still"], {"frames": {"selection": "all"}}, ["still/f0"], ["still/f1"]),
+        (["still", "moving"], {}, ["still/c01", "moving"], ["still/c01", "moving/c2"]),
+        (["still"], {"frames": {"selection": "all"}}, ["still/f0"], ["still/*"]),
         (["still", "ready"], {}, ["still", "ready/c1"], ["still/*", "ready"]),
         (["still"], PAIR_OF_FILES, ["still", "pairs/ab"], ["still"]),
     ],

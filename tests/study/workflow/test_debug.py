@@ -2,6 +2,7 @@
 
 import os
 import subprocess
+import sys
 
 import pytest
 import yaml
@@ -11,6 +12,7 @@ from conftest import ROOT
 from small_study import snakemake
 from sparsurf.surfaces.formats.npz import write_npz
 from sparsurf.surfaces.surface import Surface
+from sparsurf_study import debug
 
 ROUGHNESS = "results/own/p/c1/roughness.csv"
 
@@ -104,3 +106,21 @@ def test_conformations_are_those_of_the_table_of_frames(folder, output, words):
     code, said = call(folder, "sparsurf_study.debug", output)
     table.unlink()
     assert code == 1 and words in said and said.strip().count("\n") == 0
+
+
+def test_a_defect_is_a_sentence_that_names_the_log_with_its_traceback(folder, monkeypatch, capsys):
+    """As where the tables of an earlier version lack a column."""
+
+    def run_job(job):
+        raise KeyError("decided_by")
+
+    monkeypatch.chdir(folder)
+    monkeypatch.setattr(sys, "argv", ["debug", ROUGHNESS, "--configfile", "config.yaml"])
+    monkeypatch.setattr(debug, "run_job", run_job)
+    assert debug.main() == 1
+    told = capsys.readouterr().err.strip()
+    assert (
+        "measure_roughness.py failed (KeyError: 'decided_by'). Its traceback is in results/own/logs/p/c1/"
+        in told
+    )
+    assert "\n" not in told

@@ -19,6 +19,7 @@ from conftest import ROOT
 from small_study import run_script
 from sparsurf.errors import InputError
 from sparsurf_study.workflow import job_logs, jobs
+from sparsurf_study.workflow.conformations import require_excluded
 
 
 @pytest.fixture
@@ -89,7 +90,15 @@ def test_a_summary_of_conformations_that_are_all_excluded_is_refused(tmp_path, j
     """As is known only when their frames are chosen."""
     inputs = {"surfaces": [], "tables": []}
     with pytest.raises(InputError, match="exclude leaves no conformation; keep one, or exclude the proteins"):
-        run_script(job, tmp_path, inputs, {"table": "t.csv"}, {"sampled": []})
+        run_script(job, tmp_path, inputs, {"table": "t.csv"}, {"sampled": [], "exclude": []})
+
+
+def test_an_excluded_conformation_that_does_not_exist_is_named_once_frames_are_chosen(tmp_path):
+    (tmp_path / "p").mkdir()
+    (tmp_path / "p" / "frames.csv").write_text("conformation,frame\nc1,7\nf012,12\n")
+    require_excluded(["p", "p/*", "p/c01", "p/f12", "q/c9", "pairs/c9"], tmp_path)
+    with pytest.raises(InputError, match=r"^exclude: there is no 'p/c3'; p has c1, f012\.$"):
+        require_excluded(["p/c1", "p/c3"], tmp_path)
 
 
 def test_progress_goes_to_the_log_every_few_seconds_and_at_the_end(monkeypatch, capsys, tmp_path):
