@@ -62,8 +62,18 @@ def reconstruct_at(
     if model == INTERPOLANT or (model == AUTO and origin is not None and origin.model == INTERPOLANT):
         dots = few.points, few.normals
         return [Rebuilt(*interpolate_surface(*dots, density, reach, steps, threads)) for density in densities]
-    probe_and_radii = (None, None) if origin is None else (origin.probe_radius, origin.radii)
-    rebuilt = rebuild_at(few.points, few.normals, densities, reach, steps, threads, *probe_and_radii)
+    probe_radius, radii = (None, None) if origin is None else (origin.probe_radius, origin.radii)
+    rebuilt = rebuild_at(
+        few.points,
+        few.normals,
+        densities,
+        reach,
+        steps,
+        threads,
+        probe_radius,
+        radii,
+        chosen=origin is not None and origin.model == SPHERES,
+    )
     found = rebuilt[0]
     if model == SPHERES and found.share < MIN_SHARE:
         reason = f"{100 * found.share:.0f} % of them lie on spheres of atoms that follow from them, and half of them must"

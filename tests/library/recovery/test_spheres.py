@@ -13,11 +13,21 @@ from sparsurf.patches.index import build_grid
 from sparsurf.recovery.errors import distance_to_surface
 from sparsurf.recovery.recovering import interpolate_surface
 from sparsurf.recovery.spheres.atoms import infer
+from sparsurf.recovery.spheres.explanations import (
+    BY_CONTACT,
+    BY_SADDLE,
+    BY_THREE,
+    UNEXPLAINED,
+    completed,
+    explain,
+)
+from sparsurf.recovery.spheres.inside import Inside
 from sparsurf.recovery.spheres.rebuilding import rebuild
-from sparsurf.recovery.spheres.rolled import FARTHEST
+from sparsurf.recovery.spheres.rolled import FARTHEST, rolled_surface
 from sparsurf.recovery.spheres.votes import known_model, vote
 from sparsurf.sampling.farthest_point import farthest_point_sampling
-from sparsurf.surfaces.molecular_surface import molecular_surface
+from sparsurf.surfaces.exact_distance import exact_distance
+from sparsurf.surfaces.molecular_surface import molecular_surface, roll_spheres
 from sparsurf.surfaces.radii import radii as radii_of
 
 DENSITY = 0.4  # kept dots per Å^2
@@ -193,7 +203,104 @@ def test_missing_atoms_do_not_leak():
     assert found.share > 0.5
     true = cKDTree(fresh.points)
     off = true.query(found.points)[0]
-    assert off.max() < FARTHEST + 1.0 and np.quantile(off, 0.99) < 1.4  # beside the probe's radius
+    assert off.max() < FARTHEST + 1.0 and np.quantile(off, 0.99) < 1.5
+
+
+def rolled_over_exposed_atoms(missing=()):
+    """Dots of the whole surface, and those of a probe that rolls over its exposed atoms alone, without the missing ones."""
+    centres, radii = protein().xyz[0], radii_of(protein(), "dms")
+    dots = molecular_surface(centres, radii)
+    exposed = np.setdiff1d(sparsurf.surface_atoms(protein(), plugs=False).atom, missing)
+    probes = dots.points + 1.4 * dots.normals
+    inside = Inside(dots.points, dots.normals, probes, dots.points - dots.normals)
+    lost = np.isin(dots.atom, missing)
+    rolled = rolled_surface(
+        probes,
+        centres[exposed],
+        radii[exposed],
+        dots.points[lost],
+        np.zeros(lost.sum()),
+        1.4,
+        inside,
+        dots.points,
+    )
+    return dots, exposed, rolled.place(5.35)
+
+
+def test_exposed_atoms_alone_have_the_surface_of_all():
+    """The voids that are left where atoms inside are missing hold no probe of a dot, and trim none of the dots."""
+    dots, exposed, rolled = rolled_over_exposed_atoms()
+    assert len(rolled.points) == len(dots)
+    off, nearest = cKDTree(dots.points).query(rolled.points)
+    assert off.max() < 1e-6 and len(np.unique(nearest)) == len(dots)
+    assert (dots.kind[nearest] == rolled.kind).all() and (
+        dots.atom[nearest] == exposed[rolled.sphere]
+    ).mean() > 0.98
+    assert rolled.area.sum() == pytest.approx(dots.area.sum(), rel=1e-9)
+
+
+def test_a_missing_atom_is_shut():
+    """Without an exposed atom, the probe would roll into the molecule through the gap; its dots keep it out."""
+    whole = molecular_surface(protein().xyz[0], radii_of(protein(), "dms"))
+    widest = np.bincount(whole.atom, whole.area).argmax()
+    dots, _, rolled = rolled_over_exposed_atoms(missing=[widest])
+    depth = -exact_distance(rolled.points, roll_spheres(protein().xyz[0], radii_of(protein(), "dms"), 1.4))
+    assert depth.max() < 1.0
+    assert cKDTree(rolled.points).query(dots.points)[0].max() < 1.5
+
+
+def test_dots_explain_themselves_by_the_atoms_that_they_lie_on():
+    centres, radii = protein().xyz[0], radii_of(protein(), "dms")
+    dots = molecular_surface(centres, radii)
+    model = known_model(dots.points, dots.normals, 1.4, "dms")
+    exposed, probes = np.unique(dots.atom), dots.points + 1.4 * dots.normals
+    found = explain(probes, dots.normals, centres[exposed], radii[exposed], model)
+    assert (found.kind == np.array([BY_CONTACT, BY_SADDLE, BY_THREE])[dots.kind]).mean() > 0.99
+    assert found.used.min() > 0 and (found.kind != UNEXPLAINED).mean() > 0.99
+    touched = np.linalg.norm(probes[::97, None] - centres[exposed], axis=2) - radii[exposed] - 1.4
+    for dot, gaps in zip(range(0, len(dots), 97), touched, strict=True):
+        listed = found.touched[found.start[dot] : found.start[dot + 1]]
+        assert sorted(listed) == np.flatnonzero(np.abs(gaps) < 2 * model.tolerance).tolist()
+    # An atom that is left out is found again from the dots that it leaves unexplained, and one that explains no dot goes
+    lost, few = exposed[found.used.argmax()], spread(dots, 3000)
+    wrong = np.append(np.setdiff1d(exposed, lost), 0)
+    places, sizes = centres[wrong].copy(), radii[wrong]
+    places[-1] = centres.mean(axis=0) + 200.0
+    again, _, _ = completed(few.points + 1.4 * few.normals, few.normals, places, sizes, model)
+    assert cKDTree(again).query(centres[lost])[0] < 1e-3
+    assert np.linalg.norm(again - places[-1], axis=1).min() > 100
+
+
+def test_winding_numbers_are_those_of_a_plain_sum():
+    """Of two balls, one of them with a cavity, in which a point is outside."""
+    parts = []
+    for radius, side, shift in ((6.0, 1.0, 0.0), (2.0, -1.0, 0.0), (5.0, 1.0, 30.0)):
+        normals = ball(round(100 * radius**2))[1]  # equally dense
+        parts.append((radius * normals + [shift, 0, 0], side * normals))
+    all_points, outward = (np.concatenate(part) for part in zip(*parts, strict=True))
+    places = np.array([[4.0, 0, 0], [30.0, 2, 0], [0.0, 0, 0], [15.0, 0, 0], [0.0, 9, 0], [30.0, -40, 7]])
+    inside = Inside(all_points, outward, places[3:4], places[:1])
+    v = all_points - places[:, None]
+    plain = ((v * outward).sum(axis=2) / np.linalg.norm(v, axis=2) ** 3).sum(axis=1)
+    expected = (plain - plain[3]) / (plain[0] - plain[3])
+    assert np.allclose(inside.winding_numbers(places), expected, atol=0.02)
+    assert inside.winding_numbers(places).round().tolist() == [1, 1, 0, 0, 0, 0]
+
+
+def test_recover_returns_as_many_dots_as_are_asked_for_with_their_areas():
+    whole = sparsurf.surface(protein())
+    few = sparsurf.minimal(whole)
+    for density in (4.0, 12.0):
+        dense = sparsurf.recover(few, density=density)
+        assert len(dense) == pytest.approx(density * whole.area.sum(), rel=0.03)
+        assert np.array_equal(dense.points[: len(few)], few.points)
+        assert (dense.area > 0).all() and dense.area.sum() == pytest.approx(whole.area.sum(), rel=0.003)
+    off = exact_distance(dense.points, roll_spheres(protein().xyz[0], radii_of(protein(), "dms"), 1.4))
+    assert np.quantile(np.abs(off), 0.99) < 0.1  # the bound of `minimal`
+    interpolated = sparsurf.recover(few, model="interpolant")
+    assert (
+        interpolated.area.sum() == pytest.approx(whole.area.sum(), rel=0.08) and (interpolated.area > 0).all()
+    )
 
 
 def test_the_models_of_recover():

@@ -1,8 +1,8 @@
 """Reconstruct a surface from few dots by the atoms that follow from them, where these dots say so; elsewhere it is interpolated.
 
 A probe rolls over the inferred atoms where the probe centres of the dots lie. Dots that no atom explains and places inside keep
-it out. Around these, and between evenly spread dots, points of the interpolant take the place of the rolled surface, since they
-do not depend on an atom that is missing. Every gate leads back to the interpolant, to the byte.
+it out. Around these, between dots that were not chosen for this, points of the interpolant take the place of the rolled surface,
+since they do not depend on an atom that is missing. Every gate leads back to the interpolant, to the byte.
 """
 
 from __future__ import annotations
@@ -35,10 +35,12 @@ MIN_EXPLAINED = 0.3  # share of the kept dots that atoms explain; surfaces of an
 GUIDE_DENSITY, GUIDE_CLOSE = 1.0, 0.5
 INSIDE_OF_ATOM = 0.5  # winding number of the centre of an atom, at least
 SUNKEN = 1.0  # Å, below each kept dot, where the winding number is that of the inside
-# Dots are evenly spread if the 5 % of them with the nearest neighbours have these at this share of the median distance or
-# farther: farthest points at 0.91, chosen dots at 0.23 to 0.28.
-CLOSEST, EVENLY = 0.05, 0.6
-# Between evenly spread dots: Å around dots of the rolled surface whose probe touches a ball, in which points of the interpolant
+# Dots were not chosen for the spheres if the 5 % of them with the nearest neighbours have these at this share of the median
+# distance or farther: chosen dots at 0.20 to 0.45, farthest points at 0.91; random ones, at 0.46 to 0.51, then err more.
+# If more of them are explained than `NEARLY_ALL`, as of 0.6 evenly spread dots per Å^2, the rolled surface alone errs less than
+# with points of the interpolant, in a third of the time.
+CLOSEST, APART, NEARLY_ALL = 0.05, 0.6, 0.955
+# Between such dots: Å around dots of the rolled surface whose probe touches a ball, in which points of the interpolant
 # take their place, and by which these overlap with the rest; and around these, kept dots from which the interpolant is made
 BAND, OVERLAP, AROUND = 0.6, 0.4, 6.0
 TOUCH_OF_BALL = 1e-4  # Å, far above rounding
@@ -101,12 +103,14 @@ def rebuild(
     threads: int = 1,
     probe_radius: float | None = None,
     radii: str | Sequence[float] | None = None,
+    chosen: bool = False,
 ) -> Rebuilt:
     """Reconstruct the surface of dots (n, 3), with their spheres where these hold and the interpolant elsewhere.
 
-    Other arguments are those of `recovering.interpolate_surface`, and the probe radius (Å) and the radii where they are known.
+    Other arguments are those of `recovering.interpolate_surface`, the probe radius (Å) and the radii where they are known, and
+    whether the dots were chosen so that the atoms follow from them, which their distances tell otherwise.
     """
-    return rebuild_at(points, normals, (density,), reach, steps, threads, probe_radius, radii)[0]
+    return rebuild_at(points, normals, (density,), reach, steps, threads, probe_radius, radii, chosen)[0]
 
 
 def rebuild_at(
@@ -118,6 +122,7 @@ def rebuild_at(
     threads: int = 1,
     probe_radius: float | None = None,
     radii: str | Sequence[float] | None = None,
+    chosen: bool = False,
 ) -> list[Rebuilt]:
     """Reconstruct the surface of dots (n, 3) like `rebuild`, at each of several densities; the atoms are inferred once."""
     model = model_of(points, normals, probe_radius, radii)
@@ -132,7 +137,7 @@ def rebuild_at(
     rebuilt = []
     for density in densities:
         dots = rolled.place(density)
-        if kept.spread_evenly:
+        if kept.need_slices and not chosen:
             between = kept.with_slices(rolled, dots, density, reach, steps)
         else:
             on_ball = (dots.sphere >= rolled.n_atoms) & (dots.kind == CONTACT)
@@ -173,10 +178,12 @@ class _Kept:
         return self.share >= MIN_EXPLAINED
 
     @property
-    def spread_evenly(self) -> bool:
-        """Whether few dots have a much nearer neighbour than the others have."""
+    def need_slices(self) -> bool:
+        """Whether few dots have a much nearer neighbour than the others have, and some are not explained."""
+        if self.share > NEARLY_ALL:
+            return False
         nearest = nearest_distances(self.points)
-        return bool(np.quantile(nearest, CLOSEST) > EVENLY * np.median(nearest))
+        return bool(np.quantile(nearest, CLOSEST) > APART * np.median(nearest))
 
     def rolled(self) -> RolledSurface:
         """Roll the probe over the atoms."""

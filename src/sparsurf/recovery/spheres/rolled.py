@@ -27,6 +27,9 @@ ROUNDING_OF_DOTS = 5e-4
 ON_SPHERE = 2e-3
 # Winding number above which a probe centre is inside: of true ones, the highest is 0.6, and where the probe leaks in, it is 0.9
 INSIDE = 0.75
+# Å, from the probe centre of a dot, which is outside: what is inside lies two probe radii away. Where concave parts are not
+# trimmed, as in files of DMS, the winding number is wrong.
+OUTSIDE = 1.0
 # Å: the ball at a probe centre inside is so much smaller than its distance from the guide, which errs by less, in steps
 MARGIN, STEP = 1.5, 0.25
 BALL_GAP = 1.0  # Å, between balls at probe centres inside, so that few shut a leak
@@ -89,15 +92,15 @@ def rolled_surface(
     spheres = np.concatenate([centres, unexplained])
     # so that no ball keeps the probe from where it lies at another dot
     sizes = np.concatenate([radii, -np.maximum(depth, 0) - ROUNDING_OF_DOTS])
-    tree = None
     for _ in range(ROUNDS):
         rolled = _roll_where_dots_lie(probes, spheres, sizes, probe, exact)
         found = rolled.rolling.probes[~rolled.left_out.probes] + rolled.origin
         found = found[inside.winding_numbers(found, threads) > INSIDE]
+        if len(found):
+            found = found[np.asarray(cKDTree(probes).query(found)[0]) > OUTSIDE]
         if len(found) == 0:
             break
-        tree = tree or cKDTree(guide)
-        depth = np.asarray(tree.query(found)[0])
+        depth = np.asarray(cKDTree(guide).query(found)[0])
         order = np.argsort(-depth, kind="stable")
         grid = build_grid(found)
         chosen = select_separated(grid, order, BALL_GAP, len(found), 0)
