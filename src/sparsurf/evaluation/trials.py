@@ -27,7 +27,7 @@ from sparsurf.surfaces.molecular_surface import RolledFrame, rolled_atoms
 from sparsurf.surfaces.surface import Surface, SurfaceOrigin
 
 MIN_RECONSTRUCTED_DOTS = 12  # no surface can be recovered from fewer
-BACK_EVERY = 2  # n-th dot of a reconstructed surface whose distance from the true one is measured: 5 per Å^2
+BACK_EVERY = 4  # n-th dot of a reconstructed surface whose distance from the true one is measured: at least 2.5 per Å^2
 TEST_DENSITY = 8.0  # dots per Å^2 of the surface, on which errors are measured; other dots than those that are chosen from
 
 

@@ -47,7 +47,8 @@ def distance_to_surface(
     points = np.ascontiguousarray(points, float)
     nearest, distance = _nearest(index, points, np.full(len(points), -1), threads)
     if true is not None and true.rolled.exact:
-        height = np.abs(exact_distance(surface_points[nearest], true, threads=threads))
+        used, place = np.unique(nearest, return_inverse=True)  # points between few dots share the nearest one
+        height = np.abs(exact_distance(surface_points[used], true, threads=threads))[place]
     else:
         height = np.abs(np.einsum("ij,ij->i", points - surface_points[nearest], surface_normals[nearest]))
     spacing = 0.0

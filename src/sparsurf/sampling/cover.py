@@ -44,10 +44,11 @@ BALL = 1e-4  # Å, radius of a kept dot that no atom explains, over which the pr
 # Å, between dots that are added in one round: a dot mends the surface around it, so that one for each bad place is enough. At 1 Å
 # 3 % more dots are kept for the same errors, at 2.5 Å further rounds are needed.
 APART = 1.5
-ROUNDS = 2  # of adding dots: they mend nearly all that is predicted
-# Share of the surface that may lie beyond the 99 % error by prediction, and to which a round of added dots reduces it
-BEYOND, REDUCED = 0.009, 0.007
-LEAST_ERROR = 0.02  # Å, from which on dots are added where a number of dots is requested
+# Share of the surface that may lie beyond the 99 % error by prediction, and to which added dots reduce it, since a few of them
+# mislead the inference: with more reduction more dots are kept, and with less the measured surface needs more of them later
+BEYOND, REDUCED = 0.009, 0.005
+# Where a number of dots is requested: Å, from which on dots are added, and how often; they mend nearly all that is predicted
+LEAST_ERROR, ROUNDS = 0.02, 2
 
 
 class SurfaceOnAtoms(SampledSurface, Protocol):
@@ -83,17 +84,17 @@ class Cover:
     def for_error(self, error: float, error_99: float) -> np.ndarray:
         """Return few dots whose reconstructed surface has a mean and a 99 % error, Å, by prediction."""
         chosen, area = self.dots(share_to_give_up(error, error_99)), self.surface.area
-        for _ in range(ROUNDS if error_99 < math.inf else 0):
-            errors = self.predicted_errors(chosen)
-            beyond = area * (errors > error_99)
-            if beyond.sum() > BEYOND * area.sum():
-                added = self.to_add(chosen, errors, beyond, REDUCED * area.sum())
-            elif (area * errors).sum() > error * area.sum():
-                added = self.to_add(chosen, errors, area * errors, REDUCED / BEYOND * error * area.sum())
-            else:
-                break
-            chosen = np.concatenate([chosen, added])
-        return chosen
+        if math.isinf(error_99):
+            return chosen
+        errors = self.predicted_errors(chosen)
+        beyond = area * (errors > error_99)
+        if beyond.sum() > BEYOND * area.sum():
+            added = self.to_add(chosen, errors, beyond, REDUCED * area.sum())
+        elif (area * errors).sum() > error * area.sum():
+            added = self.to_add(chosen, errors, area * errors, REDUCED / BEYOND * error * area.sum())
+        else:
+            return chosen
+        return np.concatenate([chosen, added])
 
     def predicted_errors(self, chosen: np.ndarray) -> np.ndarray:
         """Predict how far each dot will lie from the surface that is reconstructed from the chosen ones, (N,) float64, Å.
