@@ -173,7 +173,8 @@ def keep_downloads_and_simulations(config: dict, run: Path, files: list[Path], e
         return
     print(adoption.adopted_in_words(adopted, run), flush=True)
     outputs = [output for kept in adopted for output in kept.outputs]
-    if run_snakemake(ROOT, files, "--quiet", "all", "--touch", *outputs, errors=errors):
+    # --force: without metadata Snakemake has no reason to run a job, and writes none
+    if run_snakemake(ROOT, files, "--quiet", "all", "--touch", "--force", *outputs, errors=errors):
         adoption.forget(adopted, run)
         raise InputError(f"They could not be kept, see {errors}. Nothing was changed.")
 

@@ -1,4 +1,8 @@
-"""Downloads and simulations that are kept although nothing records how they were made: they took days, or a network."""
+"""Downloads and simulations that are kept although nothing records how they were made: they took days, or a network.
+
+Two cases need this: results of version 3.0.0 and earlier, which have no records, and results whose metadata in .snakemake/ are
+lost, as where a folder of results was copied into another checkout. Without it, both are fetched and simulated again.
+"""
 
 import json
 from collections.abc import Iterator

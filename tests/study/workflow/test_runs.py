@@ -6,7 +6,11 @@ import re
 import shutil
 import signal
 import subprocess
+import threading
 import time
+from functools import partial
+from hashlib import sha256
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 
 import numpy as np
 import pandas as pd
@@ -172,17 +176,23 @@ def test_a_truncated_table_is_refused_by_the_rule_that_reads_it(study, tmp_path,
     assert "A defect of this program" not in output(process)
 
 
+def linked_checkout(root):
+    """Make a checkout whose studies lie in a folder of its own; return the folder."""
+    root.mkdir()
+    for name in ("src", "rules", "envs", "data", "profiles", "Snakefile", "config.yaml", "studies", ".cache"):
+        (root / name).symlink_to(ROOT / name)
+    shutil.copytree(ROOT / "scripts", root / "scripts", ignore=shutil.ignore_patterns("__pycache__"))
+    return root
+
+
 @pytest.fixture(scope="module")
 def checkout(tmp_path_factory):
     """A checkout with a study of three files of structures, of which one cannot be read; what `make run` printed twice.
 
     The file that cannot be read has models, so that its conformations are known to no other job.
     """
-    root = tmp_path_factory.mktemp("mein Ordner é") / "checkout"
+    root = linked_checkout(tmp_path_factory.mktemp("mein Ordner é") / "checkout")
     (root / "my" / "structures").mkdir(parents=True)
-    for name in ("src", "rules", "envs", "data", "profiles", "Snakefile", "config.yaml", "studies", ".cache"):
-        (root / name).symlink_to(ROOT / name)
-    shutil.copytree(ROOT / "scripts", root / "scripts", ignore=shutil.ignore_patterns("__pycache__"))
     model = peptide(SEQUENCE, origin=(0, 0, 0))
     moved = peptide(SEQUENCE, origin=(0, 1, 0))
     write(root / "my/structures/still.pdb", model + "END\n")
@@ -285,6 +295,33 @@ def test_the_next_run_does_only_what_failed(checkout):
     (root / "mine.yaml").write_text(yaml.safe_dump(config))
     planned = make_run(root, "--dry-run")
     assert "All surfaces side by side" in planned.stdout and "First page" in planned.stdout
+
+
+@pytest.mark.parametrize("lost", [[".snakemake/metadata"], ["results/mine/.ledger"]])
+def test_a_download_is_kept_where_its_metadata_or_its_record_is_lost(tmp_path, lost):
+    """A record is what results of version 3.0.0 lack; the simulations of days are kept in the same way."""
+    root, requests = linked_checkout(tmp_path / "checkout"), []
+
+    class Handler(SimpleHTTPRequestHandler):
+        def log_message(self, *_):
+            requests.append(self.path)
+
+    content = peptide(SEQUENCE) + "END\n"
+    write(tmp_path / "x.pdb", content)
+    with ThreadingHTTPServer(("127.0.0.1", 0), partial(Handler, directory=tmp_path)) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        fetched = {
+            "url": f"http://127.0.0.1:{server.server_port}/x.pdb",
+            "sha256": sha256(content.encode()).hexdigest(),
+        }
+        (root / "mine.yaml").write_text(yaml.safe_dump({"run": "mine", "proteins": {"p": fetched}}))
+        make_run(root, "--until", "fetch_structure")
+        for folder in lost:
+            shutil.rmtree(root / folder)
+        again = make_run(root, "--until", "fetch_structure")
+        server.shutdown()
+    assert requests == ["/x.pdb"]
+    assert "Kept as they are in results/mine/" in again.stdout and "computed again" not in again.stdout
 
 
 def test_the_config_of_the_readme_is_a_study(tmp_path):
