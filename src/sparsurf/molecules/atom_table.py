@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import logging
 import math
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import combinations
@@ -18,7 +18,7 @@ import numpy as np
 
 from sparsurf.errors import FILE, InputError, argument
 from sparsurf.files import pluralise
-from sparsurf.molecules.residues import HEAVY_ATOMS, MAX_RESIDUE_BOND, standard_name
+from sparsurf.molecules.residues import HEAVY_ATOMS, MAX_RESIDUE_BOND, first_letters, standard_name
 
 log = logging.getLogger("sparsurf")
 
@@ -106,7 +106,7 @@ def atom_table(**columns: Any) -> AtomTable:
     for name, default in ATOM_COLUMNS.items():
         values = columns.get(name, [default] * n_atoms)
         text = isinstance(default, str)
-        table[name] = np.array([str(value) for value in values], object) if text else np.asarray(values)
+        table[name] = np.array([*map(str, values)], object) if text else np.asarray(values)
     return AtomTable(table, np.arange(n_atoms))
 
 
@@ -143,10 +143,19 @@ def _differs(column: np.ndarray) -> np.ndarray:
     return column[1:] != column[:-1]
 
 
-def _numbers_of(labels: list[Any]) -> np.ndarray:
-    """Return a number for each label, the same for equal ones, in the order of their first places."""
+def _begins(atoms: AtomTable, *names: str) -> np.ndarray:
+    """Return whether one of some columns differs in each row from the row before."""
+    begins = np.ones(len(atoms), bool)
+    begins[1:] = np.any([_differs(atoms.columns[name]) for name in names], axis=0)
+    return begins
+
+
+def _numbers_of(atoms: AtomTable, *names: str) -> np.ndarray:
+    """Return a number for each row, the same where some columns are equal, in the order of their first places."""
+    begins = _begins(atoms, *names)
+    labels = zip(*(atoms.columns[name][begins].tolist() for name in names), strict=True)
     numbers: dict[Any, int] = {}
-    return np.array([numbers.setdefault(label, len(numbers)) for label in labels])
+    return np.array([numbers.setdefault(label, len(numbers)) for label in labels], int)[np.cumsum(begins) - 1]
 
 
 def settle_segments(atoms: AtomTable) -> AtomTable:
@@ -157,11 +166,12 @@ def settle_segments(atoms: AtomTable) -> AtomTable:
     """
     if not (atoms.segid != "").any():
         return atoms
-    numbered = np.array([any(map(str.isdigit, label)) for label in atoms.residue.tolist()])
-    key = _numbers_of(atoms.labels("model", "chain", "residue", "residue_name"))
-    pairs = np.unique(np.column_stack([key, _numbers_of(atoms.segid.tolist())])[numbered], axis=0)
-    several = np.flatnonzero(np.bincount(pairs[:, 0], minlength=1) > 1)
-    if not len(several):
+    of_residue = ("model", "chain", "residue", "residue_name")
+    key, first = _numbers_of(atoms, *of_residue), _begins(atoms, *of_residue, "segid")
+    labels = zip(key[first].tolist(), atoms.segid[first].tolist(), atoms.residue[first].tolist(), strict=True)
+    found = Counter(number for number, _, label in {*labels} if any(map(str.isdigit, label)))
+    several = [number for number, count in found.items() if count > 1]
+    if not several:
         return atoms
     segid, name, xyz = atoms.segid.copy(), atoms.name.astype(str), atoms.xyz
     hydrogen = _begins_as_hydrogen(atoms)
@@ -187,8 +197,7 @@ def settle_segments(atoms: AtomTable) -> AtomTable:
 
 def _begins_as_hydrogen(atoms: AtomTable) -> np.ndarray:
     """Return whether the name of each atom is one of a hydrogen, (A,) bool."""
-    names = np.char.lstrip(atoms.name.astype(str), "0123456789'*")
-    return np.isin(names.astype("U1"), ["H", "D"])
+    return np.isin(first_letters(atoms.name), ["H", "D"])
 
 
 def _is_hydrogen(atoms: AtomTable) -> np.ndarray:
@@ -201,7 +210,7 @@ def unite_names(atoms: AtomTable) -> AtomTable:
     plain = np.flatnonzero(atoms.altloc == "")
     if not len(plain):
         return atoms
-    key = _numbers_of(atoms.take(plain).labels("model", "residue_index"))
+    key = _numbers_of(atoms.take(plain), "model", "residue_index")
     names = atoms.residue_name[plain]
     first = names[np.unique(key, return_index=True)[1]][key]
     changed = np.flatnonzero(names != first)
@@ -225,7 +234,7 @@ def gather_residues(atoms: AtomTable) -> AtomTable:
     """
     start = _starts(atoms)
     run = np.repeat(np.arange(len(start)), np.diff([*start, len(atoms)]))
-    key = _numbers_of(atoms.take(start).labels("model", "chain", "segid", "residue"))
+    key = _numbers_of(atoms.take(start), "model", "chain", "segid", "residue")
     owner = np.arange(len(start))
     repeated = np.flatnonzero(np.bincount(key)[key] > 1)
     if len(repeated):
@@ -255,9 +264,8 @@ def _starts(atoms: AtomTable) -> np.ndarray:
     A run ends where a column of OF_RESIDUE changes, or the name. A change of the name between alternate locations does not count.
     """
     located = atoms.altloc != ""
-    begins = np.append(True, _differs(atoms.residue_name) & ~(located[1:] & located[:-1]))
-    for column in OF_RESIDUE:
-        begins[1:] |= _differs(getattr(atoms, column))
+    begins = _begins(atoms, *OF_RESIDUE)
+    begins[1:] |= _differs(atoms.residue_name) & ~(located[1:] & located[:-1])
     run = np.cumsum(begins) - 1
     first = np.flatnonzero(begins)[run]
     name, xyz = _located_names(atoms), atoms.xyz
@@ -279,7 +287,7 @@ def _heavy_atom_recurs(atoms: AtomTable, run: np.ndarray) -> np.ndarray:
 
 def _located_names(atoms: AtomTable) -> np.ndarray:
     """Return name and location of each atom as one text; numpy would drop a null that it adds."""
-    return np.array(["\0".join(pair) for pair in atoms.labels("name", "altloc")], object)
+    return np.array([*map("\0".join, atoms.labels("name", "altloc"))], object)
 
 
 class _Lines(NamedTuple):
@@ -378,7 +386,7 @@ def choose_altlocs(atoms: AtomTable, altloc: str) -> AtomTable:
         message = "%s has no alternate location %s (it has %s): the first is used"
         log.warning(message, FILE, altloc, ", ".join(letters))
     keep = np.ones(len(atoms), bool)
-    residue = _numbers_of(atoms.labels("model", "residue_index"))
+    residue = _numbers_of(atoms, "model", "residue_index")
     rows = np.flatnonzero(np.bincount(residue, located)[residue])
     rows = rows[np.argsort(residue[rows], kind="stable")]
     for rows_of_residue in np.split(rows, np.flatnonzero(_differs(residue[rows])) + 1):
@@ -464,14 +472,10 @@ def refuse_control_characters(atoms: AtomTable) -> None:
 def report_duplicates(atoms: AtomTable) -> None:
     """Warn of repeated atom names in a residue (a repeated line); the surface counts a position once."""
     first_model = atoms.take(atoms.model == atoms.model[0])
-    labels = first_model.labels("residue_index", "residue_name", "name")
-    places = first_model.labels("x", "y", "z")
-    # all hydrogens of a residue may be called H
-    atoms_of_file = {
-        label + (place if label[2] in BARE_HYDROGENS else ())
-        for label, place in zip(labels, places, strict=True)
-    }
-    count = len(first_model) - len(atoms_of_file)
+    bare = np.isin(first_model.name, BARE_HYDROGENS)  # all hydrogens of a residue may be called H
+    names = {*first_model.take(~bare).labels("residue_index", "residue_name", "name")}
+    places = {*first_model.take(bare).labels("residue_index", "residue_name", "name", "x", "y", "z")}
+    count = len(first_model) - len(names) - len(places)
     if count:
         whose = "its residue" if count == 1 else "their residues"
         log.warning("%s: %s repeated in %s", FILE, pluralise(count, "atom", "is"), whose)

@@ -20,8 +20,10 @@ from sparsurf.molecules.residues import (
     AMINO_ACIDS,
     HEAVY_ATOMS,
     PEPTIDE,
+    VARIANTS,
     atoms_of_residues,
     count_heavy_atoms,
+    first_letters,
     split_label,
     standard_name,
 )
@@ -43,7 +45,7 @@ BROKEN_BOND = 3.0  # Å; bonds of simulations stay below 2.0
 MAX_ATOMS_BETWEEN_BONDED = 40  # in the order of a residue's atoms
 # Share of atoms, or of peptide bonds, with a bonded neighbour; at least 0.98 in the same structures
 MIN_BONDED_SHARE = 0.7
-FRAMES_AT_ONCE = 64
+FRAMES_AT_ONCE, DISTANCES_AT_ONCE = 64, 16_000
 # Å, bonds of backbones: both atoms, and the step to the residue of the second; half of them are within 2 % of these
 # lengths in the same structures
 USUAL_LENGTHS = {
@@ -77,7 +79,11 @@ LOST_ATOM = 3.0  # Å, from the nearest atom of its residue
 CUBE = 1.6  # Å, of a grid in which overlapping atoms are found
 SHARE_TO_REPORT = 0.1  # of atoms; below it, an irregularity is an odd detail of the structure
 NO_ATOMS = np.empty((1, 0), int)
-ELEMENT_OF_LETTER = {letter: letter for letter in "HCNOS"} | {"D": "H"}  # by the first letter of a name
+# By the first letter of a name
+ELEMENT_OF_LETTER = {letter: element for element in "HCNOS" for letter in (element, element.lower())} | {
+    "D": "H",
+    "d": "H",
+}
 
 
 class Finding(NamedTuple):
@@ -361,7 +367,8 @@ def _checks_of_skew(molecule: Molecule, pairs: np.ndarray, usual: np.ndarray) ->
         further_values=skew_in_words,
     )
     yield check
-    if len(pairs) >= MIN_DISTANCES_OF_FRAMES and skew(np.array(molecule.xyz[:1]))[0] <= SKEW_TO_WARN:
+    several = molecule.n_frames > 1 and len(pairs) >= MIN_DISTANCES_OF_FRAMES
+    if several and skew(np.array(molecule.xyz[:1]))[0] <= SKEW_TO_WARN:
         yield check._replace(measure=along_axes, first=False)
 
 
@@ -393,11 +400,13 @@ def _checks_of_handedness(molecule: Molecule) -> Iterator[AtomCheck]:
 
 def _share_of_clashes(molecule: Molecule) -> float:
     """Return the share of atoms that lie inside other residues in the first frame; 0 for few atoms."""
-    xyz, index = np.array(molecule.xyz[0]), molecule.residue_index
-    inside = []
-    for k in range(0, len(xyz), -(-len(xyz) // SAMPLED_ATOMS)):
-        near = np.flatnonzero((np.abs(xyz - xyz[k]).sum(axis=1) < 2 * CLASH) & (index != index[k]))
-        inside.append((np.linalg.norm(xyz[near] - xyz[k], axis=1) < CLASH).any())
+    index = molecule.residue_index
+    inside = np.concatenate(
+        [
+            ((distance < CLASH) & (index != index[some, None])).any(axis=1)
+            for some, distance in _distances_of_sample(np.array(molecule.xyz[0]))
+        ]
+    )
     return float(np.mean(inside)) if len(inside) >= MIN_ATOMS_TO_JUDGE else 0.0
 
 
@@ -466,15 +475,23 @@ def refuse_crowded(xyz: np.ndarray, unit: str = "Å", n_to_judge: int = MIN_ATOM
 
     Return the usual distance of an atom from the nearest other one, 0 of fewer.
     """
-    sample = xyz[:: -(-len(xyz) // SAMPLED_ATOMS)]
-    if len(sample) < n_to_judge:
+    if min(len(xyz), SAMPLED_ATOMS) < n_to_judge:
         return 0.0
-    gap = float(np.median([np.partition(np.linalg.norm(xyz - atom, axis=1), 1)[1] for atom in sample]))
+    nearest = [np.partition(distance, 1, axis=1)[:, 1] for _, distance in _distances_of_sample(xyz)]
+    gap = float(np.median(np.concatenate(nearest)))
     if 0 < gap < MIN_NEIGHBOUR_DISTANCE:
         raise InputError(
             f"{FILE} has atoms {gap:.2f} Å apart, but bonds are 1 Å or longer: give lengths in {unit}."
         )
     return gap
+
+
+def _distances_of_sample(xyz: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Yield about SAMPLED_ATOMS of atoms (A, 3), Å, in parts, with the distances (n, A) of all atoms from those of a part."""
+    sampled = np.arange(0, len(xyz), -(-len(xyz) // SAMPLED_ATOMS))
+    axes = np.ascontiguousarray(xyz.T)
+    for some in np.array_split(sampled, min(len(sampled), 1 + len(sampled) * len(xyz) // DISTANCES_AT_ONCE)):
+        yield some, np.sqrt(sum((axis - axis[some, None]) ** 2 for axis in axes))
 
 
 def widest_gap(xyz: np.ndarray) -> tuple[float, int]:
@@ -503,16 +520,16 @@ def _bonds(molecule: Molecule, links: np.ndarray, linked: np.ndarray) -> tuple[n
 
 def _pairs_in_residues(molecule: Molecule, atoms: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Find pairs (P, 2) of some atoms (n,) of one residue in the first frame, their distances, and each atom's nearest (n,)."""
-    xyz, index = molecule.xyz[0][atoms], molecule.residue_index[atoms]
-    nearest, pairs, lengths = np.full(len(atoms), np.inf), [np.empty((0, 2), int)], [np.empty(0)]
-    for step in range(1, min(MAX_ATOMS_BETWEEN_BONDED, len(atoms))):
-        first = np.flatnonzero(index[step:] == index[:-step])
-        length = np.linalg.norm(xyz[first + step] - xyz[first], axis=1)
-        np.minimum.at(nearest, first, length)
-        np.minimum.at(nearest, first + step, length)
-        pairs.append(np.column_stack([atoms[first], atoms[first + step]]))
-        lengths.append(length)
-    return np.concatenate(pairs), np.concatenate(lengths), nearest
+    axes, index = molecule.xyz[0][atoms].T, molecule.residue_index[atoms]
+    behind = np.append(index, np.full(MAX_ATOMS_BETWEEN_BONDED - 1, -1))
+    steps = np.lib.stride_tricks.sliding_window_view(behind, len(atoms))[1:]
+    step, first = np.nonzero(steps == index)
+    second = first + step + 1
+    length = np.linalg.norm(axes[:, second] - axes[:, first], axis=0)
+    nearest = np.full(len(atoms), np.inf)
+    np.minimum.at(nearest, first, length)
+    np.minimum.at(nearest, second, length)
+    return np.column_stack([atoms[first], atoms[second]]), length, nearest
 
 
 def _peptide_bonds(molecule: Molecule) -> tuple[np.ndarray, np.ndarray]:
@@ -631,9 +648,10 @@ def _atoms_named(molecule: Molecule, name: str) -> np.ndarray:
 
 def _check_elements(molecule: Molecule) -> None:
     """Raise InputError if the elements of amino acids contradict the first letters of the atom names."""
-    is_amino_acid = np.array([standard_name(name) in AMINO_ACIDS for name in molecule.residue_name])
-    letters = [name.lstrip("0123456789'*")[:1].upper() for name in molecule.name]
-    of_name = np.array([ELEMENT_OF_LETTER.get(letter, "") for letter in letters])
+    is_amino_acid = np.isin(molecule.residue_name, [*AMINO_ACIDS, *VARIANTS])
+    of_name = np.array(
+        [ELEMENT_OF_LETTER.get(letter, "") for letter in first_letters(molecule.name).tolist()]
+    )
     element = np.where(molecule.element == "D", "H", molecule.element)
     wrong = is_amino_acid & (of_name != "") & (of_name != element) & (element != "SE")
     atom = int(np.argmax(wrong)) if wrong.any() else 0

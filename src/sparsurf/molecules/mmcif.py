@@ -6,9 +6,10 @@ Names are those of the authors (auth_...), as in the PDB file of the same entry.
 from __future__ import annotations
 
 import logging
+import math
 import re
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Iterable
 from typing import Any
 
 import gemmi
@@ -108,24 +109,31 @@ def _place_fractions(block: cif.Block) -> None:
 
 def _atoms(block: cif.Block) -> AtomTable:
     """Return the table of atoms of a data block."""
-    values_of = {name: _strings(block, items) for name, items in ITEMS.items()}
+    values_of: dict[str, list[Any]] = {
+        name: _numbers(block, *items) if name in NUMERIC else _strings(block, items)
+        for name, items in ITEMS.items()
+    }
     absent = sorted(name for name in REQUIRED_ITEMS if not values_of[name])
     if absent:
         raise InputError(f"{FILE} has no {', '.join(absent)} in its _atom_site loop: copy it again.")
     length = len(values_of["name"])
-    columns = {name: values or [""] * length for name, values in values_of.items()}
+    columns = {
+        name: values or [math.nan if name in NUMERIC else ""] * length for name, values in values_of.items()
+    }
     columns["chain"] = _filled(columns["chain"], columns["segid"], columns["segid"])
-    residues = [*zip(columns["chain"], columns["number"], strict=True)]
+    residues = zip(columns["chain"], columns["number"], strict=True)
     columns["segid"] = _filled(columns["segid"], residues, columns["segid"])
     position = columns.pop("position")
-    positions = [
+    positions = (
         chain_position and (segid, chain_position)
         for segid, chain_position in zip(columns["segid"], position, strict=True)
-    ]
+    )
     columns["number"] = _filled(columns["number"], positions, position)
-    numbers = {name: np.array([cif.as_number(value) for value in columns.pop(name)]) for name in NUMERIC}
+    numbers = {name: np.array(columns.pop(name)) for name in NUMERIC}
     labels = [a + b for a, b in zip(columns.pop("number"), columns.pop("insertion"), strict=True)]
-    malformed = next((label for label in labels if not CIF_RESIDUE_LABEL.fullmatch(label)), None)
+    malformed = next(
+        (label for label in dict.fromkeys(labels) if not CIF_RESIDUE_LABEL.fullmatch(label)), None
+    )
     if malformed is not None:
         raise InputError(f"{FILE} has a residue numbered '{malformed}': repair its _atom_site loop.")
     return atom_table(
@@ -133,7 +141,7 @@ def _atoms(block: cif.Block) -> AtomTable:
         | {axis: numbers[axis] for axis in "xyz"}
         | {
             "model": np.where(np.abs(numbers["model"]) < 1e9, numbers["model"], 1).astype(int),
-            "hetero": np.array(columns["hetero"]) == "HETATM",
+            "hetero": np.array([group == "HETATM" for group in columns["hetero"]]),
             "residue": labels,
             "occupancy": np.nan_to_num(numbers["occupancy"], nan=1.0),
             "b_factor": numbers["b_factor"],
@@ -143,8 +151,11 @@ def _atoms(block: cif.Block) -> AtomTable:
     )
 
 
-def _filled(authors: list[str], labels: Sequence[Any], fallback: list[str]) -> list[str]:
+def _filled(authors: list[str], labels: Iterable[Any], fallback: list[str]) -> list[str]:
     """Return the authors' values; where one is null, that of another atom with this label, or else the label itself."""
+    if all(authors):
+        return authors
+    labels = list(labels)
     author_of = {label: value for label, value in zip(labels, authors, strict=True) if value and label}
     rows = zip(authors, labels, fallback, strict=True)
     return [value or author_of.get(label, text) for value, label, text in rows]
@@ -152,6 +163,8 @@ def _filled(authors: list[str], labels: Sequence[Any], fallback: list[str]) -> l
 
 def _units(residues: list[str], names: list[str]) -> np.ndarray:
     """Tell residues without a number, such as waters, apart: the next one begins where the name of an atom repeats."""
+    if all(residues):
+        return np.zeros(len(residues), int)
     begins, seen = [], set[str]()
     for residue, name in zip(residues, names, strict=True):
         begins.append(not residue and name in seen)
@@ -180,14 +193,38 @@ def _strings(block: cif.Block, items: list[str]) -> list[str]:
     """Return the value of each atom in the first item that has one, null values as ''; empty if no item has any."""
     result: list[str] = []
     for item in items:
-        # names in quotes may have blanks around them
-        values = [cif.as_string(value).strip() for value in block.find_values(f"_atom_site.{item}")]
-        if len(values) != len(block.find_values("_atom_site.Cartn_x")):  # absent, or outside of the loop
+        written = _written(block, item)
+        if not written:
             continue
+        strings = {value: _string(value) for value in set(written)}
+        values = [strings[value] for value in written]
         result = [a or b for a, b in zip(result, values, strict=True)] if result else values
         if all(result):
             break
     return result if any(result) else []
+
+
+def _numbers(block: cif.Block, item: str) -> list[float]:
+    """Return the number of each atom in an item, nan where there is none; empty if the item has no values."""
+    written = _written(block, item)
+    numbers = [*map(cif.as_number, written)]
+    unknown = np.flatnonzero(np.isnan(numbers)).tolist()
+    if len(unknown) == len(written) and not any(map(_string, written)):
+        return []
+    for k in unknown:  # it may stand in quotes
+        numbers[k] = cif.as_number(_string(written[k]))
+    return numbers
+
+
+def _written(block: cif.Block, item: str) -> list[str]:
+    """Return the value of each atom in an item as it is written; empty if it is absent, or outside of the loop of atoms."""
+    written = list(block.find_values(f"_atom_site.{item}"))
+    return written if len(written) == len(block.find_values("_atom_site.Cartn_x")) else []
+
+
+def _string(written: str) -> str:
+    """Return a value without its quotes, which may enclose blanks around a name; '' for a null value."""
+    return cif.as_string(written).strip()
 
 
 def _box(block: cif.Block) -> np.ndarray | None:

@@ -10,12 +10,13 @@ from __future__ import annotations
 
 import logging
 import re
-from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections import Counter, defaultdict
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cache
-from itertools import product
+from itertools import compress, product
 from pathlib import Path
 from string import ascii_lowercase, ascii_uppercase, digits
+from typing import Any
 
 import gemmi
 import numpy as np
@@ -39,12 +40,9 @@ from sparsurf.molecules.residues import (
 
 log = logging.getLogger("sparsurf")
 
-PDB_COLUMNS = [
-    "model", "hetero", "name", "altloc", "residue_name", "chain", "residue", "x", "y", "z", "occupancy",
-    "b_factor", "segid", "element", "molecule",
-]  # fmt: skip
 ATOM_RECORDS = ("ATOM  ", "HETATM")
-AN_ATOM = re.compile("|".join(ATOM_RECORDS))
+ENDS_OF_MODEL = ("MODEL ", "ENDMDL", "END   ")
+LINE_WIDTH, MIN_WIDTH = 80, 54  # of the line of an atom
 HEADER_RECORDS = frozenset(
     ["HEADER", "TITLE ", "COMPND", "SOURCE", "KEYWDS", "EXPDTA", "AUTHOR", "REVDAT", "JRNL  ", "REMARK"]
 )
@@ -56,6 +54,8 @@ AUTODOCK = {"OA": "O", "OS": "O", "NA": "N", "NS": "N", "SA": "S", "HD": "H", "H
 LONG_NAME = "~"
 LONGEST_NAME = 8  # of a residue name in HETNAM
 PDB_NUMBER = re.compile(r" *[-+]?(\d+\.?\d*|\.\d+) *")
+NOT_OF_A_NUMBER = re.compile(r"[^-+.\d ]")
+DECIMAL = re.compile(r"(-?\d+)?")
 # An atom in words: record, number, names, three coordinates and more
 IN_WORDS = re.compile(r"(ATOM|HETATM)\s+\d+(\s+\S+){2,4}(\s+[-+]?\d+\.\d+){3,}")
 # Hexadecimal as VMD writes numbers beyond 9999: 2710 follows 9999
@@ -76,32 +76,40 @@ def read_pdb(text: str) -> AtomFile:
         raise InputError(f"{FILE} is an mmCIF file by its content: rename it to .cif.")
     text = LONG_SERIAL.sub(lambda match: f"{match[1]:<6s}*****", text)
     lines = text.split("\n")
-    wide_chains, numbered = _has_wide_chains(lines), _has_numbered_lines(lines)
-    rows: list[tuple] = []
+    is_atom = np.array([line.startswith(ATOM_RECORDS) for line in lines])
+    atom_lines, other_lines = list(compress(lines, is_atom)), list(compress(lines, ~is_atom))
+    n_atoms_before = np.append(0, np.cumsum(is_atom))
+    others = [line[:6].ljust(6) for line in other_lines]
+    ends, ends_of_model = (
+        n_atoms_before[:-1][~is_atom][[record in records for record in others]]
+        for records in (("TER   ",), ENDS_OF_MODEL)
+    )
+    columns, in_columns, doubtful = _columns(atom_lines, {*ends.tolist(), *ends_of_model.tolist()})
+    columns["molecule"] = np.searchsorted(ends, np.arange(len(atom_lines)), "right")
     cells: list[
         tuple[int, np.ndarray | None]
     ] = []  # the number of models that begin before a cell, and the cell
     sequences: dict[str, list[str]] = defaultdict(list)
     crosslinked: set[tuple[str, str]] = set()
     long_names: dict[str, str] = {}
-    models: list[int] = []
+    models: dict[int, int] = {}  # by number, the first atom
     next_model: int | None = 1
-    last_atom = n_announced = molecule = 0
-    read_number = NumberReader()
-    for number, line in enumerate(lines, 1):
+    begin = n_announced = 0
+    look_at = ~is_atom
+    look_at[is_atom] = doubtful
+    for place in [*np.flatnonzero(look_at).tolist(), len(lines)]:
+        n_before = int(n_atoms_before[place])
+        if next_model is not None and n_before > begin:
+            models[next_model] = begin
+            next_model = None
+        if place == len(lines):
+            break
+        line, number = lines[place], place + 1
         record = line[:6].ljust(6)
         if record in ATOM_RECORDS:
-            if next_model is not None:
-                models.append(next_model)
-                next_model = None
-            rows.append((models[-1], *_atom(line, number, wide_chains, numbered, read_number), molecule))
-            last_atom = number
-        elif record == "TER   ":
-            molecule += 1
-            read_number = NumberReader()
-        elif record in ("MODEL ", "ENDMDL", "END   "):
-            read_number = NumberReader()
-            next_model = _model_number(line, models)
+            _refuse_atom(line, number, bool(in_columns[n_before]))
+        elif record in ENDS_OF_MODEL:
+            next_model, begin = _model_number(line, models), n_before
         elif record == "SEQRES":
             sequences[line[11:12].strip()] += line[19:70].split()
         elif record == "CRYST1":
@@ -112,25 +120,25 @@ def read_pdb(text: str) -> AtomFile:
             crosslinked |= _crosslinked(line)
         elif record == "HETNAM" and line[11:12] == LONG_NAME and len(line[71:79].split()) == 1:
             long_names[line[11:14]] = line[71:79].strip()
-        elif record not in HEADER_RECORDS and _is_damaged_atom(line):
+        elif record not in ("TER   ", *HEADER_RECORDS) and _is_damaged_atom(line):
             raise InputError(f"Line {number} of {FILE} holds an atom but begins with '{record}': repair it.")
-    if not rows:
+    if not atom_lines:
         if any(IN_WORDS.match(line) for line in lines):
             raise InputError(
                 f"{FILE} holds its atoms as words between blanks, like a PQR file, and not in the columns of a PDB file: give "
                 "the PDB or mmCIF file that it was made from."
             )
         raise InputError(f"{FILE} holds no atoms: give a file with ATOM records.")
-    columns = dict(zip(PDB_COLUMNS, zip(*rows, strict=True), strict=True))
-    columns["residue_name"] = tuple(long_names.get(name, name) for name in columns["residue_name"])
+    columns["model"] = np.repeat([*models], np.diff([*models.values(), len(atom_lines)]))
+    columns["residue_name"] = [long_names.get(name, name) for name in columns["residue_name"]]
     atoms = atom_table(**columns)
-    _check_end(lines, last_atom, atoms, sequences)
+    _check_end(lines, int(np.flatnonzero(is_atom)[-1]) + 1, atoms, sequences)
     if len(models) < n_announced:
         log.warning("%s announces %d models and holds %d: is it cut short?", FILE, n_announced, len(models))
-    boxes = _box_of_models(cells, models) if len(cells) > 1 else {}
+    boxes = _box_of_models(cells, [*models]) if len(cells) > 1 else {}
     box = cells[0][1] if cells else None
     has_box = any(cell is not None for _, cell in cells)
-    origin = origin_of_pdb(lines, has_box)
+    origin = origin_of_pdb(other_lines, has_box)
     return AtomFile(atoms, box, sequences, frozenset(crosslinked), origin, boxes)
 
 
@@ -149,47 +157,95 @@ def _box_of_models(
     }
 
 
-def _atom(line: str, line_number: int, wide_chains: bool, numbered: bool, read_number: NumberReader) -> tuple:
-    """Return a row of the table from an ATOM or HETATM record; messages name the number of its line, from 1."""
-    coordinates = line[30:38], line[38:46], line[46:54]
-    if len(line) < 54:
+def _columns(lines: list[str], ends: set[int]) -> tuple[dict[str, Any], np.ndarray, np.ndarray]:
+    """Return columns of the table from the lines of atoms, which lines are in the columns of a PDB file, and which to look at.
+
+    `ends` are the numbers of lines before ends of chains, behind which residue numbers begin anew.
+    """
+    letters = np.array([line.ljust(LINE_WIDTH) for line in lines], f"U{LINE_WIDTH}").view("U1")
+    letters = letters.reshape(len(lines), LINE_WIDTH)
+
+    def text(first: int, last: int) -> np.ndarray:
+        return np.ascontiguousarray(letters[:, first:last]).view(f"U{last - first}")[:, 0]
+
+    def words(first: int, last: int) -> np.ndarray:
+        return np.char.strip(text(first, last))
+
+    hetero, element = text(0, 6) == "HETATM", _of_distinct(_element, text(76, 78), text(78, 79))
+    name = words(12, 16)
+    # some programs leave the name of an ion blank
+    name = np.where((name == "") & hetero, element, name)
+    field, chain = words(22, 26), text(21, 22)
+    begins = np.isin(np.arange(len(lines)), [0, *ends])
+    begins[1:] |= (field[1:] != field[:-1]) | (chain[1:] != chain[:-1])
+    numbers, read_number = [], NumberReader()
+    for k in np.flatnonzero(begins).tolist():
+        read_number = NumberReader() if k in ends else read_number
+        numbers.append(read_number(str(field[k]), str(chain[k])))
+    run = np.cumsum(begins) - 1
+    number = np.array([text or "" for text in numbers], object)[run]
+    no_number = np.array([text is None for text in numbers], bool)[run]
+    too_large = field == NUMBER_TOO_LARGE
+    xyz = np.column_stack([_numbers(text(first, first + 8)) for first in (30, 38, 46)])
+    in_columns = (name != "") & (~no_number | too_large) & (words(27, 30) == "")
+    if sum(map("".join(lines).count, ATOM_RECORDS)) > len(lines):  # two lines that lost their newline
+        in_columns &= [not any(record in line[54:] for record in ATOM_RECORDS) for line in lines]
+    short = np.array([*map(len, lines)], int) < MIN_WIDTH
+    split = 20 if _has_wide_chains(text) else 21
+    numbered = np.char.isdecimal(words(76, 80)).all()  # the entry and the number of the line, as before 1996
+    columns = {
+        "hetero": hetero,
+        "name": name.tolist(),
+        "altloc": words(16, 17).tolist(),
+        "residue_name": words(17, split).tolist(),
+        "chain": words(split, 22).tolist(),
+        "residue": (number + words(26, 27).astype(object)).tolist(),
+        **dict(zip("xyz", xyz.T, strict=True)),
+        "occupancy": np.nan_to_num(_numbers(text(54, 60)), nan=1.0),
+        "b_factor": _numbers(text(60, 66)),
+        "segid": [""] * len(lines) if numbered else _of_distinct(_segid, text(66, 76)).tolist(),
+        "element": element.tolist(),
+    }
+    return columns, in_columns, ~in_columns | too_large | short | np.isnan(xyz).any(axis=1)
+
+
+def _of_distinct(function: Callable[..., str], *columns: np.ndarray) -> np.ndarray:
+    """Return what a function returns for the texts of each line (A,), which it is asked for once where lines are equal."""
+    rows = list(zip(*(column.tolist() for column in columns), strict=True))
+    values = {row: function(*row) for row in set(rows)}
+    return np.array([values[row] for row in rows], str)
+
+
+def _numbers(texts: np.ndarray) -> np.ndarray:
+    """Return texts (A,) as numbers, nan where they are none."""
+    listed = texts.tolist()
+    try:
+        if not NOT_OF_A_NUMBER.search("".join(listed)):
+            return np.array([*map(float, listed)])
+    except ValueError:  # such as '1-2', or a blank
+        pass
+    return np.array([float(text) if PDB_NUMBER.fullmatch(text) else np.nan for text in listed])
+
+
+def _refuse_atom(line: str, line_number: int, in_columns: bool) -> None:
+    """Raise InputError if an ATOM or HETATM record is damaged; a residue such as a water may have a number that is too large."""
+    if len(line) < MIN_WIDTH:
         raise InputError(
             f"Line {line_number} of {FILE} is cut short: copy the file again or repair the line."
         )
-    if not all(map(PDB_NUMBER.fullmatch, coordinates)):
+    if not all(map(PDB_NUMBER.fullmatch, (line[30:38], line[38:46], line[46:54]))):
         raise InputError(
             f"Line {line_number} of {FILE} has no readable coordinates ('{line[30:54].strip()}'): repair the line."
         )
-    element = _element(line[76:78], line[78:79])
-    hetero = line.startswith("HETATM")
-    # some programs leave the name of an ion blank
-    name = line[12:16].strip() or (element if hetero else "")
-    number = read_number(line[22:26].strip(), line[21:22])
-    if line[22:26] == NUMBER_TOO_LARGE:
-        number = _number_of_unknown(line, line_number)
-    joined = any(record in line[54:] for record in ATOM_RECORDS)  # two lines that lost their newline
-    if not name or number is None or line[27:30].strip() or joined:
-        raise InputError(
-            f"Line {line_number} of {FILE} is not in the columns of a PDB file: repair the line."
-        )
-    split = 20 if wide_chains else 21
-    segid = "" if numbered else _segid(line[66:76])
-    return (
-        hetero, name, line[16].strip(), line[17:split].strip(), line[split:22].strip(),
-        number + line[26].strip(), *map(float, coordinates),
-        float(line[54:60]) if PDB_NUMBER.fullmatch(line[54:60]) else 1.0,
-        float(line[60:66]) if PDB_NUMBER.fullmatch(line[60:66]) else np.nan, segid, element,
-    )  # fmt: skip
-
-
-def _number_of_unknown(line: str, line_number: int) -> str:
-    """Return no number for a residue beyond those that the columns hold, such as a water; refuse one of a polymer."""
-    if known_kind(line[17:20].strip()) in LINKAGES:
+    if line[22:26] == NUMBER_TOO_LARGE and known_kind(line[17:20].strip()) in LINKAGES:
         raise InputError(
             f"Line {line_number} of {FILE} has a residue whose number is {NUMBER_TOO_LARGE}: write the structure with numbers "
             "up to 9999 in each chain, or as mmCIF."
         )
-    return ""
+    if not in_columns:
+        raise InputError(
+            f"Line {line_number} of {FILE} is not in the columns of a PDB file: repair the line."
+        )
 
 
 def _segid(columns: str) -> str:
@@ -209,35 +265,24 @@ def _element(columns: str, behind: str) -> str:
     return symbol if symbol in NO_ELEMENTS or (symbol.isalpha() and gemmi.Element(symbol).name != "X") else ""
 
 
-def _has_wide_chains(lines: list[str]) -> bool:
+def _has_wide_chains(text: Callable[[int, int], np.ndarray]) -> bool:
     """Return whether column 21 belongs to a chain id of two letters; else it belongs to a residue name of four.
 
-    A chain has residues of several names, and a letter that ends a name of four stands behind one of three only.
+    A chain has residues of several names, and a letter that ends a name of four stands behind one of three only. `text`
+    returns what stands between two columns of each atom's line.
     """
-    names: dict[str, set[str]] = defaultdict(set)
-    narrow = False
-    for line in lines:
-        if line.startswith(ATOM_RECORDS):
-            if line[17:18] == LONG_NAME and line[20:21].strip():
-                return True
-            if line[17:20].strip() in HEAVY_ATOMS:
-                narrow |= not line[20:21].strip()
-                if line[20:21].strip() and line[17:21].strip() not in FOUR_LETTER_NAMES:
-                    names[line[20:22]].add(line[17:20])
-    if not names:
-        return False
-    return not narrow or max(map(len, names.values())) > 1
+    has_letter = np.char.strip(text(20, 21)) != ""
+    if (has_letter & (text(17, 18) == LONG_NAME)).any():
+        return True
+    known = np.isin(np.char.strip(text(17, 20)), [*HEAVY_ATOMS])
+    odd = known & has_letter & ~np.isin(np.char.strip(text(17, 21)), [*FOUR_LETTER_NAMES])
+    chains = Counter(
+        chain for chain, _ in {*zip(text(20, 22)[odd].tolist(), text(17, 20)[odd].tolist(), strict=True)}
+    )
+    return bool(chains) and (not (known & ~has_letter).any() or max(chains.values()) > 1)
 
 
-def _has_numbered_lines(lines: list[str]) -> bool:
-    """Return whether columns 73 to 80 hold the entry and the number of the line, as in files of before 1996."""
-    first = next(filter(AN_ATOM.match, lines), "")  # one line tells it of nearly every file
-    if not first[76:80].strip().isdecimal():
-        return not first
-    return all(line[76:80].strip().isdecimal() for line in lines if line.startswith(ATOM_RECORDS))
-
-
-def _model_number(line: str, used: list[int]) -> int:
+def _model_number(line: str, used: Iterable[int]) -> int:
     """Return the number of the next model: the one of the record if no other has it, else the next free one."""
     next_free = max(used, default=0) + 1
     number = line[6:14].strip() if line.startswith("MODEL ") else ""
@@ -415,7 +460,7 @@ class NumberReader:
 def _decode_number(text: str) -> str | None:
     """Return the residue number of a field of four characters, decimal or hybrid-36; None if it is neither."""
     if not HYBRID_36.fullmatch(text):
-        return text if re.fullmatch(r"(-?\d+)?", text) else None
+        return text if DECIMAL.fullmatch(text) else None
     return str(int(text, 36) - (FIRST_UPPER if text[0].isupper() else FIRST_LOWER - N_PER_CASE) + 10_000)
 
 

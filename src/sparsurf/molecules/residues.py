@@ -156,10 +156,14 @@ def residue_kinds(
     names = residue_name[first_atom]
     kind_by_name = np.array([known_kind(str(text)) for text in names])
     kind = np.where(np.isin(kind_by_name, [*LINKAGES]) & hetero[first_atom], "other", kind_by_name)
-    kind[(kind_by_name == "other") & _hold_water(names, residue_index, name)] = "water"
+    letter = first_letters(name)
+    if (kind_by_name == "other").any():
+        kind[(kind_by_name == "other") & _hold_water(names, residue_index, letter)] = "water"
     following = np.full(len(names), -1)
     name = np.char.replace(name.astype(str), "*", "'")  # of nucleic acids in old files
-    no_cap = (np.bincount(residue_index) == 1)[residue_index] | _named(name, "HD")  # ions, dummy atoms
+    no_cap = (np.bincount(residue_index) == 1)[residue_index] | np.isin(
+        letter, [*"HDhd"]
+    )  # ions, dummy atoms
     for polymer, linkage in LINKAGES.items():
         atoms = {
             atom_name: atoms_of_residues(residue_index, name == atom_name, len(names))
@@ -267,16 +271,16 @@ def find_particles(
     return found
 
 
-def _named(names: np.ndarray, letters: str) -> np.ndarray:
-    """Return whether names of atoms begin with one of some letters, after digits."""
-    return np.isin([str(name).lstrip("0123456789'*")[:1].upper() for name in names], [*letters])
+def first_letters(names: np.ndarray) -> np.ndarray:
+    """Return the first letter of each name of an atom (A,), which may follow digits; empty if there is none."""
+    return np.char.lstrip(names.astype(str), "0123456789'*").astype("U1")
 
 
-def _hold_water(residue_name: np.ndarray, residue_index: np.ndarray, name: np.ndarray) -> np.ndarray:
+def _hold_water(residue_name: np.ndarray, residue_index: np.ndarray, letter: np.ndarray) -> np.ndarray:
     """Return which residues hold one oxygen, and two hydrogens or the name of a water, and nothing else but virtual sites."""
     oxygen, hydrogen, virtual = (
-        np.bincount(residue_index[_named(name, letters)], minlength=len(residue_name))
-        for letters in ("O", "HD", "MELVX")
+        np.bincount(residue_index[np.isin(letter, [*letters])], minlength=len(residue_name))
+        for letters in ("Oo", "HDhd", "MELVXmelvx")
     )
     alone = (oxygen == 1) & (oxygen + hydrogen + virtual == np.bincount(residue_index))
     named = np.isin(residue_name, [*WATERS_BY_ATOMS])

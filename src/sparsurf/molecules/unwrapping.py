@@ -27,6 +27,7 @@ MAX_ATOMS_PER_CONTACT = 200  # atoms of each molecule that are searched for cont
 STILL_LINKED = 3.5
 # Å, by which a repair may lengthen a link; it is 0 but for rounding if the box is right
 MAX_LINK_STRETCH = 0.5
+PAIRS_AT_ONCE = 16_000  # of atoms, whose distances are measured
 BOND_ACROSS = 1.65  # Å; atoms of two neighbouring residues are that close only if they are bonded
 IN_ONE_PLACE = 1.0  # Å; atoms of two molecules are never that close
 
@@ -190,15 +191,25 @@ def _links(near: Near, n_atoms: int) -> np.ndarray:
 
 def _near_pairs(xyz: np.ndarray, box: np.ndarray, residue_index: np.ndarray) -> Near:
     """Find pairs (P, 2) of atoms of one residue or two consecutive ones, near or across the border, and both distances."""
-    edges = np.flatnonzero(np.diff(residue_index)) + 1
-    starts = np.concatenate([[0], edges, [len(xyz)]])
+    atoms, axes = np.arange(len(xyz)), np.ascontiguousarray(xyz.T)
+    begins = np.append(True, np.diff(residue_index) != 0)
+    end_of_next = np.append(np.flatnonzero(begins), [len(xyz)] * 2)[np.cumsum(begins) + 1]
+    n_behind = end_of_next - atoms - 1  # in the residue of each atom and the next one
+    n_before = np.cumsum(n_behind) - n_behind
+    # Only half of a lattice vector or more can be shorter across the border; less by what is lost in rounding
+    may_cross = 0.49 / np.linalg.norm(np.linalg.inv(box), axis=0).max()
     pairs, lengths, images = [np.empty((0, 2), int)], [np.empty(0)], [np.empty(0)]
-    for start, stop, next_stop in zip(starts[:-1], starts[1:], [*starts[2:], len(xyz)], strict=True):
-        vectors = xyz[start:stop, None] - xyz[None, start:next_stop]
-        direct = np.linalg.norm(vectors, axis=2)
-        across = np.linalg.norm(_minimum_image(vectors, box), axis=2)
-        near = np.triu(np.minimum(direct, across) < MAX_LINK, k=1)
-        pairs.append(np.argwhere(near) + start)
+    for some in np.split(atoms, np.flatnonzero(np.diff(n_before // PAIRS_AT_ONCE)) + 1):
+        first = np.repeat(some, n_behind[some])
+        second = (
+            first + 1 + np.arange(len(first)) - np.repeat(n_before[some] - n_before[some[:1]], n_behind[some])
+        )
+        vectors = axes.take(first, axis=1) - axes.take(second, axis=1)
+        direct = np.linalg.norm(vectors, axis=0)
+        across, far = direct.copy(), np.flatnonzero(direct > may_cross)
+        across[far] = np.linalg.norm(_minimum_image(vectors.T[far], box), axis=1)
+        near = np.minimum(direct, across) < MAX_LINK
+        pairs.append(np.column_stack([first[near], second[near]]))
         lengths.append(direct[near])
         images.append(across[near])
     return np.concatenate(pairs), np.concatenate(lengths), np.concatenate(images)
