@@ -39,6 +39,8 @@ DECIMALS = 4  # of positions and normals in a file
 # If a share of the exposed atoms, those that touch least area, is given up, the mean error grows with the power of 2.2 of this
 # share and is 0.02 Å at a fifth of them; 99 % of the surface lies within 20 times as much (three structures).
 GIVEN_UP, MEAN_ERROR, TAIL, POWER = 0.2, 0.02, 20.0, 1 / 2.2
+# Å, of the mean error, which the atoms that are not inferred take up: room for them where nothing is measured
+OF_INFERENCE = 0.0025
 SAME_ATOM = 0.01  # Å, of an inferred atom from a true one: ten times the error of positions with `DECIMALS`
 BALL = 1e-4  # Å, radius of a kept dot that no atom explains, over which the probe rolls like over an atom: rounding
 # Å, between dots that are added in one round: a dot mends the surface around it, so that one for each bad place is enough. At 1 Å
@@ -152,6 +154,8 @@ class Cover:
 
 def share_to_give_up(error: float, error_99: float) -> float:
     """Return the share of the exposed atoms that need not be determined for a mean and a 99 % error, Å; it may exceed 1."""
+    if math.isinf(error_99):
+        error = max(error - OF_INFERENCE, 0.0)
     return GIVEN_UP * (min(error, error_99 / TAIL) / MEAN_ERROR) ** POWER
 
 
