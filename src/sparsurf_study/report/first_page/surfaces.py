@@ -74,7 +74,6 @@ def of_dots(run: Run) -> dict[str, Any] | None:
         "high_99": run.surfaces["recovered_high_99"].max(),
         "reconstruction": MODEL_SENTENCES.get(_of_all(run, "model"), ""),
         "decision": DECISIONS.get(_of_all(run, "decided_by"), ""),
-        "back_99": run.surfaces["recovered_back_99"].max() if "recovered_back_99" in run.surfaces else np.nan,
         "largest": run.surfaces["recovered_largest"].max(),
         "files": _subset_files(run),
         "atoms": _surface_atoms(run),
