@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from sparsurf_study.workflow.jobs import Job
-from measures.proteins import prepare_proteins
+from measures.proteins import table_of_proteins
 from measures.tables import write_tables
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.evaluation.statistics import estimate, reference_values
@@ -80,9 +80,7 @@ def means(table: pd.DataFrame) -> pd.DataFrame:
 
 def measure_centres(job: Job) -> None:
     """Tabulate kept dots as centres of patches, over proteins."""
-    params, out, found = job.params, job.output, []
-    for name, prepared in prepare_proteins(params, "centres", job.threads):
-        design = params.samplers, params.percents, params.test_dots, params.draws
-        found.append(centres_table(prepared, *design).assign(protein=name))
-    table = pd.concat(found).set_index("protein").reset_index()
+    params, out = job.params, job.output
+    design = params.samplers, params.percents, params.test_dots, params.draws
+    table = table_of_proteins(job, "centres", lambda prepared: centres_table(prepared, *design), "protein")
     write_tables({out.table: table, out.means: means(table)})

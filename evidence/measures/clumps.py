@@ -7,7 +7,7 @@ import pandas as pd
 from scipy.spatial import cKDTree
 
 from sparsurf_study.workflow.jobs import Job
-from measures.proteins import prepare_proteins
+from measures.proteins import table_of_proteins
 from measures.tables import write_tables
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.evaluation.statistics import estimate
@@ -99,9 +99,7 @@ def means(table: pd.DataFrame) -> pd.DataFrame:
 
 def measure_clumps(job: Job) -> None:
     """Tabulate Z of random clumps and of other subsets of the same size, on several surfaces."""
-    params, out, found = job.params, job.output, []
-    for name, prepared in prepare_proteins(params, "clumps", job.threads):
-        of_surface = clumps_table(prepared, params.rows, params.radii, params.test_dots, params.draws)
-        found.append(of_surface.assign(surface=name))
-    table = pd.concat(found).set_index("surface").reset_index()
+    params, out = job.params, job.output
+    design = params.rows, params.radii, params.test_dots, params.draws
+    table = table_of_proteins(job, "clumps", lambda prepared: clumps_table(prepared, *design), "surface")
     write_tables({out.table: table, out.means: means(table)})

@@ -226,11 +226,7 @@ def draw(table: pd.DataFrame, marked: str) -> Figure:
 
 def measure_curve(job: Job) -> None:
     """Measure d of the published combinations and the share in islands on one surface, by the link in spacings."""
-    name, params = job.wildcards.protein, job.params
-    prepared = fragments.prepare(job.input.structure, params, f"links {name}", job.threads)
-    table = curve_table(prepared, params.links, params.test_dots, params.draws)
-    table.insert(0, "surface", name)
-    table.to_csv(job.output.curve, index=False)
+    fragments.table_over_links(job, curve_table).to_csv(job.output.curve, index=False)
 
 
 def tabulate_curve(job: Job) -> None:

@@ -1,5 +1,6 @@
 """Table I on a surface of one of the paper's fragments: its ten combinations, and the repeated choice of each range."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -41,6 +42,15 @@ def prepare(path: str, params: Any, name: str, threads: int) -> PreparedSurface:
     return PreparedSurface(
         surface, Settings(patches=params.patches), None, Streams(params.seed, name), threads
     )
+
+
+def table_over_links(job: Job, measure: Callable[..., pd.DataFrame]) -> pd.DataFrame:
+    """Measure a table over the linking distances of a rule, on the surface of its job, which the first column names."""
+    name, params = job.wildcards.protein, job.params
+    prepared = prepare(job.input.structure, params, f"links {name}", job.threads)
+    table = measure(prepared, params.links, params.test_dots, params.draws)
+    table.insert(0, "surface", name)
+    return table
 
 
 def dots_of(path: str, dots: str, settings: dict) -> Surface:

@@ -4,15 +4,11 @@ import numpy as np
 import pandas as pd
 
 from sparsurf_study.workflow.jobs import Job
-from measures.null_result import MEAN, OWN, differences
+from measures.null_result import MEAN, OWN, write_differences
 from measures.tables import read_tables, write_tables
-from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.patches.readings import GRID_READINGS
 from sparsurf.sampling.combination import PARAMETERS, PUBLISHED_ROWS
-from sparsurf.settings import Settings
 from sparsurf.settings import SurfaceSettings as SurfaceSettings
-from sparsurf.streams import Streams
-from sparsurf.surfaces.molecular_surface import surface_of_molecule
 from sparsurf_study.analysis.relation import with_interval
 
 FULL = 1.0
@@ -57,16 +53,7 @@ def means(table: pd.DataFrame) -> pd.DataFrame:
 
 def measure_full_weight(job: Job) -> None:
     """Measure d of Table I with beta = 1 on one protein, with R and with its mean, at equal draws."""
-    name, params = job.wildcards.protein, job.params
-    molecule = read_molecule(job.input.structure, model=1, hydrogens=params.hydrogens)
-    settings = Settings(patches=params.patches)
-    rules = SurfaceSettings(**params.surface)
-    surface = surface_of_molecule(molecule, rules, settings.patches.d_link, name, 0)
-    streams = Streams(params.seed, f"full weight {name}")
-    design = params.test_dots, params.draws, job.threads
-    table = differences(surface, settings, streams, GRID_READINGS, *design, with_full_weight(), (OWN, MEAN))
-    table.insert(0, "protein", name)
-    table.to_csv(job.output.table, index=False)
+    write_differences(job, "full weight", GRID_READINGS, with_full_weight(), (OWN, MEAN))
 
 
 def tabulate_full_weight(job: Job) -> None:

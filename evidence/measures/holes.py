@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from sparsurf_study.workflow.jobs import Job
-from measures.proteins import prepare_proteins
+from measures.proteins import table_of_proteins
 from measures.tables import write_tables
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.evaluation.statistics import estimate
@@ -95,9 +95,7 @@ def fits(table: pd.DataFrame) -> pd.DataFrame:
 
 def measure_holes(job: Job) -> None:
     """Tabulate Z on the full surface against the holes and the number of dots of a subset, on several surfaces."""
-    params, out, found = job.params, job.output, []
-    for name, prepared in prepare_proteins(params, "holes", job.threads):
-        design = params.samplers, params.percents, params.test_dots, params.draws
-        found.append(holes_table(prepared, *design).assign(surface=name))
-    table = pd.concat(found).set_index("surface").reset_index()
+    params, out = job.params, job.output
+    design = params.samplers, params.percents, params.test_dots, params.draws
+    table = table_of_proteins(job, "holes", lambda prepared: holes_table(prepared, *design), "surface")
     write_tables({out.table: table, out.fits: fits(table)})

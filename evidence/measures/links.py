@@ -124,11 +124,7 @@ def _error(rows: pd.DataFrame) -> np.ndarray:
 
 def measure_links(job: Job) -> None:
     """Measure d of the published combinations on one surface by linking distance and reading."""
-    name, params = job.wildcards.protein, job.params
-    prepared = fragments.prepare(job.input.structure, params, f"links {name}", job.threads)
-    table = links_table(prepared, params.links, params.test_dots, params.draws)
-    table.insert(0, "surface", name)
-    table.to_csv(job.output.links, index=False)
+    fragments.table_over_links(job, links_table).to_csv(job.output.links, index=False)
 
 
 def tabulate_links(job: Job) -> None:

@@ -1,6 +1,7 @@
 """What roughness contributes to d of Table I: R_i, and other values in its place, with the same random numbers."""
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -162,17 +163,23 @@ def draw(table: pd.DataFrame, paper: str) -> Figure:
     return layout.fix_layout(figure)
 
 
-def measure_null_result(job: Job) -> None:
-    """Measure d of the published combinations on one protein with R and with other values in its place, at equal draws."""
-    name, params, threads = job.wildcards.protein, job.params, job.threads
+def write_differences(job: Job, study: str, readings: Sequence[str], *options: Any) -> None:
+    """Measure `differences` on the protein of a job, with the random streams of a study, and write their table."""
+    name, params = job.wildcards.protein, job.params
     molecule = read_molecule(job.input.structure, model=1, hydrogens=params.hydrogens)
     settings = Settings(patches=params.patches)
-    rules = SurfaceSettings(**params.surface)
-    surface = surface_of_molecule(molecule, rules, settings.patches.d_link, name, 0)
-    streams = Streams(params.seed, f"null result {name}")
-    table = differences(surface, settings, streams, params.readings, params.test_dots, params.draws, threads)
+    surface = surface_of_molecule(
+        molecule, SurfaceSettings(**params.surface), settings.patches.d_link, name, 0
+    )
+    streams, design = Streams(params.seed, f"{study} {name}"), (params.test_dots, params.draws, job.threads)
+    table = differences(surface, settings, streams, readings, *design, *options)
     table.insert(0, "protein", name)
     table.to_csv(job.output.table, index=False)
+
+
+def measure_null_result(job: Job) -> None:
+    """Measure d of the published combinations on one protein with R and with other values in its place, at equal draws."""
+    write_differences(job, "null result", job.params.readings)
 
 
 def tabulate_null_result(job: Job) -> None:

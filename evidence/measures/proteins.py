@@ -1,6 +1,6 @@
 """Surfaces of several proteins, the paper's own with its hydrogens and dots as published, prepared one after the other."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import pandas as pd
@@ -54,3 +54,14 @@ def tabulate_proteins(job: Job) -> None:
     stored |= {name: pd.read_csv(output[name]) for name in of_study}
     for name, draw in FIGURES.items():
         layout.save(draw(stored), output[f"figure_{name}"])
+
+
+def table_of_proteins(
+    job: Job, study: str, measure: Callable[[PreparedSurface], pd.DataFrame], column: str
+) -> pd.DataFrame:
+    """Measure a table on each protein and put them one below the other; the first `column` names the protein."""
+    found = [
+        measure(prepared).assign(**{column: name})
+        for name, prepared in prepare_proteins(job.params, study, job.threads)
+    ]
+    return pd.concat(found).set_index(column).reset_index()
