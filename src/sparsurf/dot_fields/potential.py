@@ -25,6 +25,7 @@ GAIN = 5.0  # effect of the molecule's low dielectric: ratio of APBS's potential
 SOFTENING = 0.6
 POTENTIAL_CUTOFF = 40.0  # Å; a charge beyond it adds less than 5e-3 kT/e
 TABLE_STEP = 0.02  # Å, of the table of the sum's terms
+POINTS_PER_RUN = 64  # from which charges far away are left out together
 
 
 def potential_of_charges(positions: np.ndarray, charges: np.ndarray, points: np.ndarray) -> np.ndarray:
@@ -49,18 +50,37 @@ def potential_of_unit_charge(r: np.ndarray) -> np.ndarray:
 def _sum_terms(
     positions: np.ndarray, charges: np.ndarray, points: np.ndarray, table: np.ndarray
 ) -> np.ndarray:
-    """Sum the terms of all charges within CUTOFF of each point, interpolated linearly in a table."""
-    out = np.zeros(len(points))
-    for i in range(len(points)):
-        total = 0.0
+    """Sum the terms of all charges within CUTOFF of each point, interpolated linearly in a table.
+
+    Dots follow each other along the molecule, so that most charges of a large one are too far from a whole run of points.
+    """
+    out, near = np.zeros(len(points)), np.empty(len(positions), np.int64)
+    low, high = np.empty(3), np.empty(3)
+    for first in range(0, len(points), POINTS_PER_RUN):
+        last, n_near = min(first + POINTS_PER_RUN, len(points)), 0
+        for c in range(3):
+            low[c], high[c] = np.inf, -np.inf
+            for i in range(first, last):
+                low[c], high[c] = min(low[c], points[i, c]), max(high[c], points[i, c])
         for j in range(len(positions)):
-            x = positions[j, 0] - points[i, 0]
-            y = positions[j, 1] - points[i, 1]
-            z = positions[j, 2] - points[i, 2]
-            r2 = x * x + y * y + z * z
-            if r2 < POTENTIAL_CUTOFF * POTENTIAL_CUTOFF:
-                r = math.sqrt(r2) / TABLE_STEP
-                k = int(r)
-                total += charges[j] * (table[k] + (r - k) * (table[k + 1] - table[k]))
-        out[i] = total
+            gap2 = 0.0  # from the box around the run
+            for c in range(3):
+                gap = max(low[c] - positions[j, c], positions[j, c] - high[c], 0.0)
+                gap2 += gap * gap
+            if gap2 < POTENTIAL_CUTOFF * POTENTIAL_CUTOFF:
+                near[n_near] = j
+                n_near += 1
+        for i in range(first, last):
+            total = 0.0
+            for n in range(n_near):
+                j = near[n]
+                x = positions[j, 0] - points[i, 0]
+                y = positions[j, 1] - points[i, 1]
+                z = positions[j, 2] - points[i, 2]
+                r2 = x * x + y * y + z * z
+                if r2 < POTENTIAL_CUTOFF * POTENTIAL_CUTOFF:
+                    r = math.sqrt(r2) / TABLE_STEP
+                    k = int(r)
+                    total += charges[j] * (table[k] + (r - k) * (table[k + 1] - table[k]))
+            out[i] = total
     return out
