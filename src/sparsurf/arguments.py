@@ -72,6 +72,10 @@ DEFAULT_TEST_DOTS = 200  # of studies and functions
 DEFAULT_SEED = 20261120  # of studies, functions and commands alike
 PROBE_RADIUS = 1.4  # Å
 CAVITIES, REENTRANT = ("keep", "remove"), ("exact", "dms")  # of `surface`
+BOUNDARIES = (
+    "excluded",
+    "accessible",
+)  # of `surface`: of the space that the probe cannot enter, or that its centre cannot
 # The models by which a surface is reconstructed
 AUTO, INTERPOLANT, SPHERES = MODELS = "auto", "interpolant", "spheres"
 RADII_TABLES = ("dms", "bondi")  # of atomic radii

@@ -19,7 +19,7 @@ def did_you_mean(value: str, names: Iterable[str]) -> str:
 
 
 # The keywords of `surface`
-PLACEMENT = ("frame", "probe_radius", "density", "radii", "cavities", "reentrant", "d_link")
+PLACEMENT = ("frame", "probe_radius", "density", "radii", "cavities", "reentrant", "d_link", "boundary")
 
 
 def public(of_dots: bool = False) -> Callable[[F], F]:

@@ -26,6 +26,7 @@ from sparsurf.api.inputs import (
 )
 from sparsurf.api.surface_atoms import surface_of_atoms
 from sparsurf.arguments import (
+    BOUNDARIES,
     CAVITIES,
     DENSITY_LIMITS,
     LENGTH,
@@ -44,7 +45,7 @@ from sparsurf.patches.index import D_LINK, PatchIndex, build_index
 from sparsurf.suggestions import public
 from sparsurf.surfaces.chosen_points import Points
 from sparsurf.surfaces.components import components_of, fields_without_component, table_of_components
-from sparsurf.surfaces.molecular_surface import surface_of_molecule, surface_of_spheres
+from sparsurf.surfaces.molecular_surface import accessible_surface, surface_of_molecule, surface_of_spheres
 from sparsurf.surfaces.radii import PROBE_RADIUS, RADII
 from sparsurf.surfaces.spacing import DENSITY as PUBLISHED_DENSITY
 from sparsurf.surfaces.spacing import refuse_sparse
@@ -72,8 +73,9 @@ def surface(
     d_link: float = D_LINK,
     cavities: str = "keep",
     reentrant: str = "exact",
+    boundary: str = "excluded",
 ) -> Surface:
-    """Place dots with analytic normals on the solvent-excluded surface of a molecule.
+    """Place dots with analytic normals on the solvent-excluded or solvent-accessible surface of a molecule.
 
     Parameters
     ----------
@@ -95,12 +97,16 @@ def surface(
         Whether the dots of closed cavities inside the molecule are kept (default 'keep').
     reentrant : {'exact', 'dms'}
         Whether concave dots inside other probes are removed (default 'exact') or kept, as by the program DMS.
+    boundary : {'excluded', 'accessible'}
+        Whether the surface bounds the space that the probe cannot enter (default 'excluded') or the space that its centre cannot
+        enter.
 
     Returns
     -------
     Surface
         `points` and `normals` (N, 3) in Å, `area` (N,) in Å^2, `kind` (N,) (0 contact, 1 saddle, 2 concave) and `atom` (N,),
-        the index of the atom that each dot belongs to. The dots carry their molecule.
+        the index of the atom that each dot belongs to. The dots carry their molecule; those of the accessible surface, which are
+        all of kind 0, do not, since what is computed from the molecule of dots is about the excluded surface.
 
     Raises
     ------
@@ -125,10 +131,18 @@ def surface(
 
     >>> len(sparsurf.surface(([[0, 0, 0], [3, 0, 0]], [1.5, 1.5])))
     364
+
+    The accessible surface, whose area is that of `areas`:
+
+    >>> round(sparsurf.surface("data/tdp43/topology.pdb", boundary="accessible").area.sum())
+    5806
     """
+    check_choice(boundary, BOUNDARIES, "boundary")
     probe_radius, d_link = PROBE.check(probe_radius, "probe_radius"), LENGTH.check(d_link, "d_link")
     density = DENSITY_LIMITS.check(density, "density", "auto")
     rules = placement(probe_radius, density, radii, cavities, reentrant)
+    if boundary == "accessible":
+        return _accessible(molecule, frame, rules, d_link)
     if isinstance(molecule, SurfaceAtoms):
         return surface_of_atoms(molecule, rules, d_link)
     if not isinstance(molecule, tuple) and not is_file_of_spheres(molecule):
@@ -137,6 +151,20 @@ def surface(
         return surface_of_molecule(atoms, rules, d_link, "surface", frame)
     atoms, _, sphere_radii = as_spheres(molecule, 0, radii)
     return surface_of_spheres(atoms.xyz[0], sphere_radii, rules, d_link, "surface")
+
+
+def _accessible(molecule: Any, frame: int, rules: Placement, d_link: float) -> Surface:
+    """Place dots on the accessible surface; raise InputError for what it does not have."""
+    if rules.reentrant != "exact":
+        raise InputError(
+            "surface: reentrant applies to concave dots, which the accessible surface does not have; remove it."
+        )
+    if isinstance(molecule, SurfaceAtoms):
+        raise InputError(
+            "surface: give the molecule, of which the accessible surface is placed on all atoms."
+        )
+    atoms, frame, atom_radii = as_spheres(molecule, frame, rules.radii)
+    return accessible_surface(atoms.xyz[frame].round(3), atom_radii, rules, d_link, "surface")
 
 
 @public(of_dots=True)

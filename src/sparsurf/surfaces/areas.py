@@ -64,7 +64,7 @@ from sparsurf.surfaces.vectors import (
 POLE = (0.36, 0.48, 0.8)  # of the cones, a unit vector in no special direction
 LONGEST_PIECE = 2.0  # rad, of an arc under one cone; the ends of a longer one may lie opposite to each other
 NO_SOLID_ANGLE = 1e-6  # sr; below it, one direction decides whether a sphere is covered or free
-ROUNDING = 1e-9  # Å^2, far above that of areas; atoms that no other chain touches lose no area
+ROUNDING = 1e-9  # Å^2, far above that of areas
 N_FIXED_CAPS = 5  # of a concave triangle: three sides, and the two atoms that are nearer
 
 
@@ -93,11 +93,18 @@ def areas_of_spheres(
 
 def _buried_areas(rolling: Rolling, accessible: np.ndarray, chain: np.ndarray) -> np.ndarray:
     """Compute the area (A,) of each atom that is accessible where its chain is alone, and not in the presence of all chains."""
-    buried, names = np.zeros(len(chain)), np.unique(chain)
-    for name in names if len(names) > 1 else ():
-        atoms = np.flatnonzero(chain == name)
-        alone = roll(rolling.atoms.centre[atoms], rolling.atoms.reach[atoms])
-        buried[atoms] = accessible_areas(alone, no_enclosed_centres(alone)) - accessible[atoms]
+    atoms = rolling.atoms
+    atom, near = np.repeat(np.arange(len(chain)), np.diff(atoms.start)), atoms.near
+    is_other = chain[atom] != chain[near]
+    in_contact = np.bincount(atom, is_other, len(chain)) > 0
+    # The area of an atom follows from its neighbours and what cuts it, which are also neighbours
+    is_rolled = in_contact | (np.bincount(atom, in_contact[near] & ~is_other, len(chain)) > 0)
+    alone = np.zeros(len(chain))
+    for name in np.unique(chain[in_contact]):
+        chosen = np.flatnonzero(is_rolled & (chain == name))
+        part = roll(atoms.centre[chosen], atoms.reach[chosen])
+        alone[chosen] = accessible_areas(part, no_enclosed_centres(part))
+    buried = np.where(in_contact, alone - accessible, 0.0)
     return np.where(buried > ROUNDING, buried, 0.0)
 
 

@@ -98,7 +98,7 @@ class RolledProbe(NamedTuple):
     blockers: RolledAtoms
     whole: np.ndarray  # (A,) bool, no arc bounds the accessible part of this sphere
     probe_cells: Cells  # of the fixed probes
-    probe: float  # Å, radius
+    probe: float  # Å, radius; 0 where dots lie on the spheres of its centres, whose radii are then `radii`
     exact: bool
     left_out: EnclosedCentres  # centres of the probe at which no dots are placed, and which trim none
 
@@ -127,15 +127,17 @@ def lattice_spacing(density: float) -> float:
 
 
 def place_dots(rolled: RolledProbe, density: float) -> Dots:
-    """Place dots on the solvent-excluded surface, `density` per Å^2 of the lattice.
+    """Place dots on the solvent-excluded surface, or on the spheres of a probe of 0 Å, `density` per Å^2 of the lattice.
 
     The dots of each atom and kind are counted first, so that each is written once, to its place among all.
     """
     radii, rolling, probe, exact = rolled.radii, rolled.rolling, rolled.probe, rolled.exact
     left_out, kept_arcs = rolled.left_out, ~rolled.left_out.arcs
     spacing, n_atoms = lattice_spacing(density), len(rolled.radii)
-    strips = rolling.arcs[kept_arcs], rolling.pair[kept_arcs], probe, spacing, exact
     templates, unit = _templates(radii, spacing), sphere_template(probe, spacing)
+    if probe == 0:  # the spheres of its centres have contact dots alone
+        kept_arcs, unit = np.zeros_like(kept_arcs), unit[:0]
+    strips = rolling.arcs[kept_arcs], rolling.pair[kept_arcs], probe, spacing, exact
     n_contact, n_saddle, n_concave = np.zeros((3, n_atoms), np.int64)
     is_free, contact_area, counted = _count_contact_dots(
         rolled.blockers, rolled.whole, templates, probe, rolling, left_out, n_contact
@@ -143,7 +145,7 @@ def place_dots(rolled: RolledProbe, density: float) -> Dots:
     uncounted, nowhere = Dots.empty(0), np.zeros(3)
     _saddle_dots(*strips, n_saddle, nowhere, rolled.by_position, uncounted)
     owners, share = _count_concave_dots(rolling, rolled.probe_cells, unit, probe, exact, left_out, n_concave)
-    concave_area = 4 * math.pi * probe**2 / len(unit)
+    concave_area = 4 * math.pi * probe**2 / max(len(unit), 1)
     if exact:
         contact_area, concave_area = _exact_areas(
             contact_area, counted, concave_area, int(n_concave.sum()), share, rolling, radii, probe, left_out

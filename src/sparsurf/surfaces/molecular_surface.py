@@ -68,6 +68,15 @@ def surface_of_spheres(
     return dots.with_origin(origin)
 
 
+def accessible_surface(
+    xyz: np.ndarray, radii: np.ndarray, settings: Rules, d_link: float, name: str
+) -> Surface:
+    """Place dots on the solvent-accessible surface of spheres: where the centre of a probe that touches them can be."""
+    rolled = roll_frame(SimpleNamespace(xyz=xyz[None]), 0, radii, settings)
+    centres = rolled.rolled._replace(radii=rolled.rolled.rolling.atoms.reach, probe=0.0)
+    return replace(rolled, rolled=centres).surface_for_d_link(settings.density, d_link, name)[0]
+
+
 def surface_of_surface_atoms(atoms: SurfaceAtoms, settings: Rules, d_link: float) -> Surface:
     """Place dots on the atoms that determine a surface; where these are exact, the dots carry all atoms of the molecule."""
     rolled = roll_frame(SimpleNamespace(xyz=atoms.centres[None]), 0, atoms.radii, settings)

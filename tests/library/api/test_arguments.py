@@ -63,7 +63,8 @@ NOT_N, NOT_PERCENT = {"n_dots": None}, {"percent": None}
 CALLS = [
     ("surface", lambda g, **k: sparsurf.surface(g.frames, **k), {}, {
         "frame": 1, "probe_radius": 1.6, "density": 9.0, "radii": "bondi", "d_link": 0.3}),
-    ("surface", lambda g, **k: sparsurf.surface(PROTEIN, **k), {}, {"cavities": "remove", "reentrant": "dms"}),
+    ("surface", lambda g, **k: sparsurf.surface(PROTEIN, **k), {}, {
+        "cavities": "remove", "reentrant": "dms", "boundary": "accessible"}),
     ("surface_atoms", lambda g, **k: sparsurf.surface_atoms(g.frames, **k).to_frame(), {}, {
         "frame": 1, "probe_radius": 1.6, "radii": "bondi"}),
     ("surface_atoms", lambda g, **k: sparsurf.surface_atoms(PROTEIN, **k).to_frame(), {}, {

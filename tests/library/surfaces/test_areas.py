@@ -11,6 +11,7 @@ from conftest import ROOT, sphere
 from peptides import atom_line, peptide, write
 from sparsurf.cli import command
 from sparsurf.errors import InputError
+from sparsurf.surfaces.radii import radii as dms_radii
 
 PEPTIDE = ROOT / "data" / "tdp43" / "topology.pdb"  # with hydrogens and four cavities
 TRAJECTORY = ROOT / "data" / "tdp43" / "trajectory.xtc"
@@ -169,6 +170,32 @@ def test_a_frame_has_the_areas_of_its_positions():
     areas = [sparsurf.areas(molecule, frame=f) for f in range(2)]
     assert np.array_equal(areas[1].accessible, sparsurf.areas(molecule.frame(1)).accessible)
     assert abs(areas[0].accessible.sum() - areas[1].accessible.sum()) > 10
+
+
+def test_dots_of_the_accessible_surface_touch_their_sphere_alone_and_have_its_area():
+    molecule = sparsurf.read_molecule(PEPTIDE, TRAJECTORY, stride=1000)
+    dots = sparsurf.surface(molecule, frame=1, boundary="accessible", density=2.0, probe_radius=1.2)
+    reach = dms_radii(molecule) + 1.2
+    distance = np.linalg.norm(dots.points[:, None] - molecule.xyz[1].round(3), axis=2)
+    assert distance[np.arange(len(dots)), dots.atom] == pytest.approx(reach[dots.atom], abs=1e-6)
+    assert (distance - reach).min() > -1e-6
+    assert dots.points - reach[dots.atom, None] * dots.normals == pytest.approx(
+        molecule.xyz[1].round(3)[dots.atom], abs=1e-6
+    )
+    accessible = sparsurf.areas(molecule, frame=1, probe_radius=1.2).accessible
+    assert dots.area.sum() == pytest.approx(accessible.sum())
+    assert np.bincount(dots.atom, dots.area) == pytest.approx(accessible, abs=1.0)
+
+
+def test_the_accessible_surface_without_cavities_lacks_their_area_alone():
+    whole, outside = (
+        sparsurf.surface(PEPTIDE, boundary="accessible", cavities=c) for c in ("keep", "remove")
+    )
+    assert 0 < len(whole) - len(outside) < 100 and 0 < whole.area.sum() - outside.area.sum() < 5
+    with pytest.raises(InputError, match="give the molecule"):
+        sparsurf.surface(sparsurf.surface_atoms(PEPTIDE), boundary="accessible")
+    with pytest.raises(InputError, match="reentrant applies to concave dots"):
+        sparsurf.surface(PEPTIDE, boundary="accessible", reentrant="dms")
 
 
 def test_the_command_writes_the_tables(three_chains, tmp_path, capsys):
