@@ -112,7 +112,7 @@ def arrange(
     labels = zip(residues.chain, residues.residue, strict=True)
     alone = np.bincount(index)[index] == 1
     polymer = np.isin(kind, POLYMERS)[index]
-    columns = atoms.element, atoms.name, atoms.residue_name, polymer.tolist(), alone.tolist()
+    columns = (column.tolist() for column in (atoms.element, atoms.name, atoms.residue_name, polymer, alone))
     molecule = Molecule(
         xyz[None],
         np.array([np.nan]),
@@ -120,7 +120,7 @@ def arrange(
         name=names[order],
         residue_name=residue_names[order],
         chain=chain[index],
-        element=np.array([element_of(*values) for values in zip(*columns, strict=True)]),
+        element=np.array([*map(element_of, *columns)]),
         residue=atoms.residue.astype(str),
         residue_index=index,
         kind=kind[index],

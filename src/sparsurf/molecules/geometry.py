@@ -79,11 +79,7 @@ LOST_ATOM = 3.0  # Å, from the nearest atom of its residue
 CUBE = 1.6  # Å, of a grid in which overlapping atoms are found
 SHARE_TO_REPORT = 0.1  # of atoms; below it, an irregularity is an odd detail of the structure
 NO_ATOMS = np.empty((1, 0), int)
-# By the first letter of a name
-ELEMENT_OF_LETTER = {letter: element for element in "HCNOS" for letter in (element, element.lower())} | {
-    "D": "H",
-    "d": "H",
-}
+ELEMENT_OF_LETTER = dict(zip("HCNOSDhcnosd", "HCNOSHHCNOSH", strict=True))  # by the first letter of a name
 
 
 class Finding(NamedTuple):
@@ -401,12 +397,9 @@ def _checks_of_handedness(molecule: Molecule) -> Iterator[AtomCheck]:
 def _share_of_clashes(molecule: Molecule) -> float:
     """Return the share of atoms that lie inside other residues in the first frame; 0 for few atoms."""
     index = molecule.residue_index
-    inside = np.concatenate(
-        [
-            ((distance < CLASH) & (index != index[some, None])).any(axis=1)
-            for some, distance in _distances_of_sample(np.array(molecule.xyz[0]))
-        ]
-    )
+    inside: list[bool] = []
+    for some, distance in _distances_of_sample(np.array(molecule.xyz[0])):
+        inside += ((distance < CLASH) & (index != index[some, None])).any(axis=1).tolist()
     return float(np.mean(inside)) if len(inside) >= MIN_ATOMS_TO_JUDGE else 0.0
 
 
@@ -545,14 +538,15 @@ def _peptide_bonds(molecule: Molecule) -> tuple[np.ndarray, np.ndarray]:
     )
     places = [(chain, int(number or 0)) for chain, (number, _) in zip(chains, labels, strict=True)]
     coded = {place for place, (_, code) in zip(places, labels, strict=True) if code}
-    for atom in np.flatnonzero(np.isin(molecule.name, [*ends]) & (molecule.kind == "protein")):
-        residue = molecule.residue_index[atom]
+    found = np.flatnonzero(np.isin(molecule.name, [*ends]) & (molecule.kind == "protein"))
+    columns = found, molecule.residue_index[found], molecule.name[found]
+    for atom, residue, name in zip(*(column.tolist() for column in columns), strict=True):
         place = places[residue]
         # a cap may have the number of the residue that it ends: its C comes before, its N behind
         if labels[residue][0] and place not in coded and (
-            molecule.name[atom] == PEPTIDE.last or place not in ends[PEPTIDE.first]
+            name == PEPTIDE.last or place not in ends[PEPTIDE.first]
         ):  # fmt: skip
-            ends[molecule.name[atom]][place] = int(atom)
+            ends[name][place] = atom
     starts = ends[PEPTIDE.first]
     pairs = [
         (atom, starts[chain, number + 1])

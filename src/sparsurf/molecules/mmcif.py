@@ -6,7 +6,6 @@ Names are those of the authors (auth_...), as in the PDB file of the same entry.
 from __future__ import annotations
 
 import logging
-import math
 import re
 from collections import defaultdict
 from collections.abc import Iterable
@@ -117,9 +116,8 @@ def _atoms(block: cif.Block) -> AtomTable:
     if absent:
         raise InputError(f"{FILE} has no {', '.join(absent)} in its _atom_site loop: copy it again.")
     length = len(values_of["name"])
-    columns = {
-        name: values or [math.nan if name in NUMERIC else ""] * length for name, values in values_of.items()
-    }
+    numbers = {name: np.array(values_of.pop(name) or [np.nan] * length) for name in NUMERIC}
+    columns = {name: values or [""] * length for name, values in values_of.items()}
     columns["chain"] = _filled(columns["chain"], columns["segid"], columns["segid"])
     residues = zip(columns["chain"], columns["number"], strict=True)
     columns["segid"] = _filled(columns["segid"], residues, columns["segid"])
@@ -129,7 +127,6 @@ def _atoms(block: cif.Block) -> AtomTable:
         for segid, chain_position in zip(columns["segid"], position, strict=True)
     )
     columns["number"] = _filled(columns["number"], positions, position)
-    numbers = {name: np.array(columns.pop(name)) for name in NUMERIC}
     labels = [a + b for a, b in zip(columns.pop("number"), columns.pop("insertion"), strict=True)]
     malformed = next(
         (label for label in dict.fromkeys(labels) if not CIF_RESIDUE_LABEL.fullmatch(label)), None

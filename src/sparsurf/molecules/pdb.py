@@ -41,7 +41,7 @@ from sparsurf.molecules.residues import (
 log = logging.getLogger("sparsurf")
 
 ATOM_RECORDS = ("ATOM  ", "HETATM")
-ENDS_OF_MODEL = ("MODEL ", "ENDMDL", "END   ")
+ENDS = ("TER   ", "MODEL ", "ENDMDL", "END   ")
 LINE_WIDTH, MIN_WIDTH = 80, 54  # of the line of an atom
 HEADER_RECORDS = frozenset(
     ["HEADER", "TITLE ", "COMPND", "SOURCE", "KEYWDS", "EXPDTA", "AUTHOR", "REVDAT", "JRNL  ", "REMARK"]
@@ -79,13 +79,8 @@ def read_pdb(text: str) -> AtomFile:
     is_atom = np.array([line.startswith(ATOM_RECORDS) for line in lines])
     atom_lines, other_lines = list(compress(lines, is_atom)), list(compress(lines, ~is_atom))
     n_atoms_before = np.append(0, np.cumsum(is_atom))
-    others = [line[:6].ljust(6) for line in other_lines]
-    ends, ends_of_model = (
-        n_atoms_before[:-1][~is_atom][[record in records for record in others]]
-        for records in (("TER   ",), ENDS_OF_MODEL)
-    )
-    columns, in_columns, doubtful = _columns(atom_lines, {*ends.tolist(), *ends_of_model.tolist()})
-    columns["molecule"] = np.searchsorted(ends, np.arange(len(atom_lines)), "right")
+    is_end = [line[:6].ljust(6) in ENDS for line in other_lines]
+    columns, in_columns, doubtful = _columns(atom_lines, {*n_atoms_before[:-1][~is_atom][is_end].tolist()})
     cells: list[
         tuple[int, np.ndarray | None]
     ] = []  # the number of models that begin before a cell, and the cell
@@ -93,6 +88,7 @@ def read_pdb(text: str) -> AtomFile:
     crosslinked: set[tuple[str, str]] = set()
     long_names: dict[str, str] = {}
     models: dict[int, int] = {}  # by number, the first atom
+    molecules: list[int] = []  # the first atom of each but the first
     next_model: int | None = 1
     begin = n_announced = 0
     look_at = ~is_atom
@@ -108,7 +104,9 @@ def read_pdb(text: str) -> AtomFile:
         record = line[:6].ljust(6)
         if record in ATOM_RECORDS:
             _refuse_atom(line, number, bool(in_columns[n_before]))
-        elif record in ENDS_OF_MODEL:
+        elif record == "TER   ":
+            molecules.append(n_before)
+        elif record in ENDS:
             next_model, begin = _model_number(line, models), n_before
         elif record == "SEQRES":
             sequences[line[11:12].strip()] += line[19:70].split()
@@ -120,7 +118,7 @@ def read_pdb(text: str) -> AtomFile:
             crosslinked |= _crosslinked(line)
         elif record == "HETNAM" and line[11:12] == LONG_NAME and len(line[71:79].split()) == 1:
             long_names[line[11:14]] = line[71:79].strip()
-        elif record not in ("TER   ", *HEADER_RECORDS) and _is_damaged_atom(line):
+        elif record not in HEADER_RECORDS and _is_damaged_atom(line):
             raise InputError(f"Line {number} of {FILE} holds an atom but begins with '{record}': repair it.")
     if not atom_lines:
         if any(IN_WORDS.match(line) for line in lines):
@@ -130,6 +128,7 @@ def read_pdb(text: str) -> AtomFile:
             )
         raise InputError(f"{FILE} holds no atoms: give a file with ATOM records.")
     columns["model"] = np.repeat([*models], np.diff([*models.values(), len(atom_lines)]))
+    columns["molecule"] = np.searchsorted(molecules, np.arange(len(atom_lines)), "right")
     columns["residue_name"] = [long_names.get(name, name) for name in columns["residue_name"]]
     atoms = atom_table(**columns)
     _check_end(lines, int(np.flatnonzero(is_atom)[-1]) + 1, atoms, sequences)
@@ -171,7 +170,7 @@ def _columns(lines: list[str], ends: set[int]) -> tuple[dict[str, Any], np.ndarr
     def words(first: int, last: int) -> np.ndarray:
         return np.char.strip(text(first, last))
 
-    hetero, element = text(0, 6) == "HETATM", _of_distinct(_element, text(76, 78), text(78, 79))
+    hetero, element = text(0, 6) == "HETATM", [*map(_element, text(76, 78).tolist(), text(78, 79).tolist())]
     name = words(12, 16)
     # some programs leave the name of an ion blank
     name = np.where((name == "") & hetero, element, name)
@@ -190,30 +189,17 @@ def _columns(lines: list[str], ends: set[int]) -> tuple[dict[str, Any], np.ndarr
     in_columns = (name != "") & (~no_number | too_large) & (words(27, 30) == "")
     if sum(map("".join(lines).count, ATOM_RECORDS)) > len(lines):  # two lines that lost their newline
         in_columns &= [not any(record in line[54:] for record in ATOM_RECORDS) for line in lines]
-    short = np.array([*map(len, lines)], int) < MIN_WIDTH
+    short = np.array([len(line) < MIN_WIDTH for line in lines], bool)
     split = 20 if _has_wide_chains(text) else 21
     numbered = np.char.isdecimal(words(76, 80)).all()  # the entry and the number of the line, as before 1996
     columns = {
-        "hetero": hetero,
-        "name": name.tolist(),
-        "altloc": words(16, 17).tolist(),
-        "residue_name": words(17, split).tolist(),
-        "chain": words(split, 22).tolist(),
-        "residue": (number + words(26, 27).astype(object)).tolist(),
-        **dict(zip("xyz", xyz.T, strict=True)),
-        "occupancy": np.nan_to_num(_numbers(text(54, 60)), nan=1.0),
-        "b_factor": _numbers(text(60, 66)),
-        "segid": [""] * len(lines) if numbered else _of_distinct(_segid, text(66, 76)).tolist(),
-        "element": element.tolist(),
-    }
+        "hetero": hetero, "name": name.tolist(), "altloc": words(16, 17).tolist(), "residue_name": words(17, split).tolist(),
+        "chain": words(split, 22).tolist(), "residue": (number + words(26, 27).astype(object)).tolist(),
+        "x": xyz[:, 0], "y": xyz[:, 1], "z": xyz[:, 2], "occupancy": np.nan_to_num(_numbers(text(54, 60)), nan=1.0),
+        "b_factor": _numbers(text(60, 66)), "element": element,
+        "segid": [""] * len(lines) if numbered else [*map(_segid, text(66, 76).tolist())],
+    }  # fmt: skip
     return columns, in_columns, ~in_columns | too_large | short | np.isnan(xyz).any(axis=1)
-
-
-def _of_distinct(function: Callable[..., str], *columns: np.ndarray) -> np.ndarray:
-    """Return what a function returns for the texts of each line (A,), which it is asked for once where lines are equal."""
-    rows = list(zip(*(column.tolist() for column in columns), strict=True))
-    values = {row: function(*row) for row in set(rows)}
-    return np.array([values[row] for row in rows], str)
 
 
 def _numbers(texts: np.ndarray) -> np.ndarray:
@@ -248,6 +234,7 @@ def _refuse_atom(line: str, line_number: int, in_columns: bool) -> None:
         )
 
 
+@cache
 def _segid(columns: str) -> str:
     """Return the word in columns 73 to 76; empty if it is a part of what begins before, such as a charge, or a decimal number."""
     word = columns[6:].strip()

@@ -124,6 +124,7 @@ def standard_name(residue_name: str) -> str:
     return VARIANTS.get(residue_name, residue_name)
 
 
+@cache
 def split_label(label: str) -> tuple[str, str]:
     """Split a residue label into number and insertion code, as '52A' into '52' and 'A'."""
     parts = re.fullmatch(r"(-?\d*)(.?)", label)
