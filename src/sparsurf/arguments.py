@@ -39,8 +39,8 @@ class Limits(NamedTuple):
         number = f"a {'whole ' * self.whole}number"
         if self.high < math.inf:
             least = f"more than {self.low:g} and at most" if self.open_low else f"{self.low:g} to"
-            most = f"{least} {self.high if self.whole else f'{self.high:g}'}"
-            return f"{number}, {most}{', or inf for no limit' * self.or_infinite}"
+            bounds = f"{least} {self.high if self.whole else f'{self.high:g}'}"
+            return f"{number}, {bounds}{', or inf for no limit' * self.or_infinite}"
         return f"{number}, more than {self.low:g}" if self.open_low else f"{number}, {self.low:g} or more"
 
     def check(self, value: Any, name: str, word: str | None = None) -> Any:

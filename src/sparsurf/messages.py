@@ -34,14 +34,14 @@ def listening(
 ) -> Iterator[None]:
     """Let one function hear the messages from a level on, and nobody else; `pass_on` shows them to others as without it."""
     shown = log.getEffectiveLevel()
-    others = logging.Logger(log.name)  # the handlers of now, which Python finds by way of a logger
-    others.handlers, others.propagate, others.parent = log.handlers, log.propagate, log.parent
+    unchanged = logging.Logger(log.name)  # the handlers of now, which Python finds by way of a logger
+    unchanged.handlers, unchanged.propagate, unchanged.parent = log.handlers, log.propagate, log.parent
 
     class Listener(logging.Handler):
         def emit(self, record: logging.LogRecord) -> None:
             hear(record)
             if pass_on and record.levelno >= shown:
-                others.callHandlers(record)
+                unchanged.callHandlers(record)
 
     own_level = log.level
     log.handlers, log.propagate = [Listener()], False
@@ -49,7 +49,7 @@ def listening(
     try:
         yield
     finally:
-        log.handlers, log.propagate = others.handlers, others.propagate
+        log.handlers, log.propagate = unchanged.handlers, unchanged.propagate
         log.setLevel(own_level)
 
 

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 log = logging.getLogger("sparsurf")
 
-MIN_DOTS = 12  # from which a surface is reconstructed
+FEWEST_DOTS = 12  # from which a surface is reconstructed
 # Dots per Å^2, estimated from their distances. The mean roughness of a surface reconstructed from evenly spread or random dots
 # differs by at most .02 from the true one at .1 and above, by .04 at .08, and by .1 at .05.
 MIN_DENSITY = 0.1
@@ -124,8 +124,8 @@ def with_patches(function: str, dots: Surface, patches: PatchesSettings) -> Whol
         log.warning(message, function, named, "whole surface of their atoms")
         return whole
     without = f"{function}: the roughness is left out: patches of the {named} would be fragmented, and"
-    if n < MIN_DOTS:
-        raise InputError(f"{without} a surface is reconstructed from at least {MIN_DOTS} dots; give more.")
+    if n < FEWEST_DOTS:
+        raise InputError(f"{without} a surface is reconstructed from at least {FEWEST_DOTS} dots; give more.")
     density = n / area_of(Surface(dots.points, dots.normals))[0]
     if density < MIN_DENSITY:
         raise InputError(

@@ -148,15 +148,15 @@ def _polar_hydrogens(
     """Return positions (H, 3) of the polar hydrogens of heavy atoms, and the atom of each; from the file, else built."""
     from scipy.spatial import cKDTree
 
-    hydrogens, others = xyz[~heavy], xyz[heavy]
-    neighbours = cKDTree(others)
+    hydrogens, heavy_xyz = xyz[~heavy], xyz[heavy]
+    neighbours = cKDTree(heavy_xyz)
     bonded: Sequence[list[int]] = [[]] * len(atoms)
     if len(hydrogens):
         bonded = cKDTree(hydrogens).query_ball_point(xyz[atoms], MAX_BOND_TO_HYDROGEN)
     near = neighbours.query_ball_point(xyz[atoms], MAX_HEAVY_BOND)
     positions, owner = [], []
     for atom, in_file, close in zip(atoms, bonded, near, strict=True):
-        arms = others[np.array(close, int)]
+        arms = heavy_xyz[np.array(close, int)]
         arms = arms[np.linalg.norm(arms - xyz[atom], axis=1) > 0.1]  # without the atom itself
         if len(in_file):
             added = list(hydrogens[in_file])

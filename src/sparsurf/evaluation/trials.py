@@ -19,7 +19,7 @@ from sparsurf.recovery.reconstructing import (
     reconstruct_twice,
 )
 from sparsurf.sampling.combination import PUBLISHED_CHOICES, Choices
-from sparsurf.sampling.cover import Cover
+from sparsurf.sampling.cover import AtomCover
 from sparsurf.sampling.samplers import SamplerLike, get_samplers, nearest_kept
 from sparsurf.settings import BY_BACK, BY_FORTH, BY_MEAN
 from sparsurf.surfaces.exact_distance import exact_distance
@@ -116,10 +116,10 @@ class Trials:
         return self._errors[n]
 
     @cached_property
-    def cover(self) -> Cover:
+    def cover(self) -> AtomCover:
         """The choice of dots that determine their atoms, of a surface whose atoms are known."""
         assert self.atoms is not None and self.rolled is not None
-        return Cover(self.prepared.surface, self.atoms, self.rolled, self.prepared.threads)
+        return AtomCover(self.prepared.surface, self.atoms, self.rolled, self.prepared.threads)
 
     @cached_property
     def rolled(self) -> RolledFrame | None:
@@ -146,11 +146,11 @@ class Trials:
 
         They are exact where the atoms are known, and else those from the planes of all dots.
         """
-        some, threads = points[::BACK_EVERY], self.prepared.threads
+        sampled, threads = points[::BACK_EVERY], self.prepared.threads
         if self.rolled is None or not self.rolled.rolled.exact:
             test = self.test_surface or self.prepared.surface
-            return distance_to_surface(some, test.points, test.normals, threads)
-        return np.abs(exact_distance(some, self.rolled, threads=threads))
+            return distance_to_surface(sampled, test.points, test.normals, threads)
+        return np.abs(exact_distance(sampled, self.rolled, threads=threads))
 
     def reconstructed(self, dots: np.ndarray) -> Reconstructed:
         """Reconstruct the surface from a subset: densely, and at a density at which it is compared with the whole surface.

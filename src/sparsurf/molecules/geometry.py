@@ -398,8 +398,8 @@ def _share_of_clashes(molecule: Molecule) -> float:
     """Return the share of atoms that lie inside other residues in the first frame; 0 for few atoms."""
     index = molecule.residue_index
     inside: list[bool] = []
-    for some, distance in _distances_of_sample(np.array(molecule.xyz[0])):
-        inside += ((distance < CLASH) & (index != index[some, None])).any(axis=1).tolist()
+    for block, distance in _distances_of_sample(np.array(molecule.xyz[0])):
+        inside += ((distance < CLASH) & (index != index[block, None])).any(axis=1).tolist()
     return float(np.mean(inside)) if len(inside) >= MIN_ATOMS_TO_JUDGE else 0.0
 
 
@@ -483,8 +483,8 @@ def _distances_of_sample(xyz: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarr
     """Yield about SAMPLED_ATOMS of atoms (A, 3), Å, in parts, with the distances (n, A) of all atoms from those of a part."""
     sampled = np.arange(0, len(xyz), -(-len(xyz) // SAMPLED_ATOMS))
     axes = np.ascontiguousarray(xyz.T)
-    for some in np.array_split(sampled, min(len(sampled), 1 + len(sampled) * len(xyz) // DISTANCES_AT_ONCE)):
-        yield some, np.sqrt(sum((axis - axis[some, None]) ** 2 for axis in axes))
+    for block in np.array_split(sampled, min(len(sampled), 1 + len(sampled) * len(xyz) // DISTANCES_AT_ONCE)):
+        yield block, np.sqrt(sum((axis - axis[block, None]) ** 2 for axis in axes))
 
 
 def widest_gap(xyz: np.ndarray) -> tuple[float, int]:

@@ -261,12 +261,12 @@ def _has_wide_chains(text: Callable[[int, int], np.ndarray]) -> bool:
     has_letter = np.char.strip(text(20, 21)) != ""
     if (has_letter & (text(17, 18) == LONG_NAME)).any():
         return True
-    known = np.isin(np.char.strip(text(17, 20)), [*HEAVY_ATOMS])
-    odd = known & has_letter & ~np.isin(np.char.strip(text(17, 21)), [*FOUR_LETTER_NAMES])
+    standard = np.isin(np.char.strip(text(17, 20)), [*HEAVY_ATOMS])
+    odd = standard & has_letter & ~np.isin(np.char.strip(text(17, 21)), [*FOUR_LETTER_NAMES])
     chains = Counter(
         chain for chain, _ in {*zip(text(20, 22)[odd].tolist(), text(17, 20)[odd].tolist(), strict=True)}
     )
-    return bool(chains) and (not (known & ~has_letter).any() or max(chains.values()) > 1)
+    return bool(chains) and (not (standard & ~has_letter).any() or max(chains.values()) > 1)
 
 
 def _model_number(line: str, used: Iterable[int]) -> int:

@@ -199,10 +199,13 @@ def _near_pairs(xyz: np.ndarray, box: np.ndarray, residue_index: np.ndarray) -> 
     # Only half of a lattice vector or more can be shorter across the border; less by what is lost in rounding
     may_cross = 0.49 / np.linalg.norm(np.linalg.inv(box), axis=0).max()
     pairs, lengths, images = [np.empty((0, 2), int)], [np.empty(0)], [np.empty(0)]
-    for some in np.split(atoms, np.flatnonzero(np.diff(n_before // PAIRS_AT_ONCE)) + 1):
-        first = np.repeat(some, n_behind[some])
+    for block in np.split(atoms, np.flatnonzero(np.diff(n_before // PAIRS_AT_ONCE)) + 1):
+        first = np.repeat(block, n_behind[block])
         second = (
-            first + 1 + np.arange(len(first)) - np.repeat(n_before[some] - n_before[some[:1]], n_behind[some])
+            first
+            + 1
+            + np.arange(len(first))
+            - np.repeat(n_before[block] - n_before[block[:1]], n_behind[block])
         )
         vectors = axes.take(first, axis=1) - axes.take(second, axis=1)
         direct = np.linalg.norm(vectors, axis=0)

@@ -41,16 +41,16 @@ DECIMALS = 4  # of positions and normals in a file
 GIVEN_UP, MEAN_ERROR, TAIL, POWER = 0.2, 0.02, 20.0, 1 / 2.2
 # Å, of the mean error, which the atoms that are not inferred take up: room for them where nothing is measured
 OF_INFERENCE = 0.0025
-SAME_ATOM = 0.01  # Å, of an inferred atom from a true one: ten times the error of positions with `DECIMALS`
+TRUE_ATOM = 0.01  # Å, of an inferred atom from a true one: ten times the error of positions with `DECIMALS`
 BALL = 1e-4  # Å, radius of a kept dot that no atom explains, over which the probe rolls like over an atom: rounding
 # Å, between dots that are added in one round: a dot mends the surface around it, so that one for each bad place is enough. At 1 Å
 # 3 % more dots are kept for the same errors, at 2.5 Å further rounds are needed.
-APART = 1.5
+APART_FROM_KEPT = 1.5
 # Share of the surface that may lie beyond the 99 % error by prediction, and to which added dots reduce it, since a few of them
 # mislead the inference: with more reduction more dots are kept, and with less the measured surface needs more of them later
 BEYOND, REDUCED = 0.009, 0.005
 # Where a number of dots is requested: Å, from which on dots are added, and how often; they mend nearly all that is predicted
-LEAST_ERROR, ROUNDS = 0.02, 2
+LEAST_ERROR, MAX_ROUNDS_OF_DOTS = 0.02, 2
 
 
 class SurfaceOnAtoms(SampledSurface, Protocol):
@@ -60,7 +60,7 @@ class SurfaceOnAtoms(SampledSurface, Protocol):
     threads: int
 
 
-class Cover:
+class AtomCover:
     """The choice of dots, of a surface that was placed on atoms, that determine these atoms."""
 
     def __init__(self, surface: Surface, atoms: SurfaceOrigin, rolled: RolledFrame, threads: int = 1) -> None:
@@ -79,9 +79,9 @@ class Cover:
         given_up = np.zeros(len(self.touched_area), bool)
         given_up[least[: int(share_given_up * len(exposed))]] = True
         chosen = cover_dots(self.surface, self.atoms, self.touches, given_up)
-        others = np.flatnonzero(~np.isin(self.component, self.component[chosen]))
-        best = _best_of_each(self.component[others], np.diff(self.touches.start)[others])
-        return np.append(chosen, others[best])
+        other_dots = np.flatnonzero(~np.isin(self.component, self.component[chosen]))
+        best = _best_of_each(self.component[other_dots], np.diff(self.touches.start)[other_dots])
+        return np.append(chosen, other_dots[best])
 
     def for_error(self, error: float, error_99: float) -> np.ndarray:
         """Return few dots whose reconstructed surface has a mean and a 99 % error, Å, by prediction."""
@@ -117,14 +117,14 @@ class Cover:
             points + probe * normals, normals, inferred.centres, inferred.radii, model
         )
         distance, nearest = map(np.asarray, cKDTree(atoms.xyz).query(centres))
-        is_true = (distance < SAME_ATOM) & (np.abs(atoms.radii[nearest] - radii) < SAME_ATOM)
+        is_true = (distance < TRUE_ATOM) & (np.abs(atoms.radii[nearest] - radii) < TRUE_ATOM)
         missing = np.full(len(atoms.xyz), True)
         missing[nearest[is_true]] = False
         errs = self.touches.dots_of(missing)
         if not is_true.all():
             places, reach = surface.points + probe * surface.normals, radii.max() + probe
-            others = cKDTree(centres[~is_true])
-            errs |= np.isfinite(others.query(places, distance_upper_bound=reach)[0])
+            other_dots = cKDTree(centres[~is_true])
+            errs |= np.isfinite(other_dots.query(places, distance_upper_bound=reach)[0])
         balls = points[found.kind == UNEXPLAINED]
         spheres = np.concatenate([centres, balls])
         rolled = roll_spheres(spheres, np.append(radii, np.full(len(balls), BALL)), probe)
@@ -132,7 +132,9 @@ class Cover:
         errors[errs] = np.abs(exact_distance(surface.points[errs], rolled, threads=self.threads))
         return errors
 
-    def to_add(self, chosen: np.ndarray, errors: np.ndarray, weight: np.ndarray, rest: float) -> np.ndarray:
+    def to_add(
+        self, chosen: np.ndarray, errors: np.ndarray, weight: np.ndarray, remaining: float
+    ) -> np.ndarray:
         """Return dots to add so that weights (N,) sum to about `rest` where no added dot is the nearest, the most useful first.
 
         A dot is added where the error is the largest around; of these places, those with the largest weight come first.
@@ -145,11 +147,13 @@ class Cover:
         if len(candidates) == 0:
             return candidates
         grid = build_grid(points[candidates])
-        worst = candidates[select_separated(grid, np.arange(len(candidates)), APART, len(candidates), 0)]
+        worst = candidates[
+            select_separated(grid, np.arange(len(candidates)), APART_FROM_KEPT, len(candidates), 0)
+        ]
         nearest = cKDTree(points[worst]).query(points[bad])[1]
         mended = np.bincount(nearest, weight[bad], len(worst))
         order = np.argsort(-mended, kind="stable")
-        return worst[order[: np.searchsorted(np.cumsum(mended[order]), mended.sum() - rest) + 1]]
+        return worst[order[: np.searchsorted(np.cumsum(mended[order]), mended.sum() - remaining) + 1]]
 
 
 def share_to_give_up(error: float, error_99: float) -> float:
@@ -180,25 +184,25 @@ def cover_dots(
     middle = np.stack([np.bincount(atom, surface.normals[contact, k], n_atoms) for k in range(3)], axis=1)
     along = np.einsum("ij,ij->i", surface.normals[contact], middle[atom]).round(9)
     contact = contact[_best_of_each(atom, along)]
-    known = np.zeros(n_atoms, bool)
-    known[surface.atom[contact]] = True
-    saddle, first_atom, second_atom = _saddles(surface, atoms, touches, known, wanted & ~known)
+    located = np.zeros(n_atoms, bool)
+    located[surface.atom[contact]] = True
+    saddle, first_atom, second_atom = _saddles(surface, atoms, touches, located, wanted & ~located)
     lacks = np.where(wanted, TOUCHES_OF_TRIPLE, 0)
-    lacks[known] = TOUCHES_OF_CONTACT - 1
+    lacks[located] = TOUCHES_OF_CONTACT - 1
     lacks[second_atom] = TOUCHES_OF_SADDLE - 1
     np.subtract.at(lacks, first_atom, 1)
     used = np.zeros(len(surface), bool)
     used[touches.first[saddle]] = True
-    others, avoided = np.flatnonzero(surface.kind != CONTACT), touches.dots_of(given_up)
+    other_dots, avoided = np.flatnonzero(surface.kind != CONTACT), touches.dots_of(given_up)
     chosen = [contact, saddle]
-    clusters = others[touches.dots_of(wanted & ~known)[others] & ~avoided[others]]
-    for candidates in (clusters, others[~avoided[others]], others[avoided[others]]):
+    clusters = other_dots[touches.dots_of(wanted & ~located)[other_dots] & ~avoided[other_dots]]
+    for candidates in (clusters, other_dots[~avoided[other_dots]], other_dots[avoided[other_dots]]):
         chosen.append(set_cover(candidates, touches, lacks, used))
     return np.concatenate(chosen)
 
 
 def _saddles(
-    surface: Surface, atoms: SurfaceOrigin, touches: Touches, known: np.ndarray, unknown: np.ndarray
+    surface: Surface, atoms: SurfaceOrigin, touches: Touches, located: np.ndarray, unknown: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return a saddle dot for each unknown atom that shares one with a known atom, (n,), and its known and unknown atoms.
 
@@ -207,7 +211,7 @@ def _saddles(
     saddle = np.flatnonzero((surface.kind == SADDLE) & (np.diff(touches.start) == 2))
     pair = touches.atom[touches.start[saddle][:, None] + np.arange(2)]
     pair = np.where(unknown[pair[:, :1]], pair[:, ::-1], pair)  # the unknown atom is the second
-    helps = known[pair[:, 0]] & unknown[pair[:, 1]]
+    helps = located[pair[:, 0]] & unknown[pair[:, 1]]
     saddle, pair = saddle[helps], pair[helps]
     inward = -surface.normals[saddle]
     towards = atoms.xyz[pair] - (surface.points[saddle] - atoms.rules.probe_radius * inward)[:, None]
@@ -243,18 +247,18 @@ def cover(prepared: SurfaceOnAtoms, n: int, rng: np.random.Generator) -> np.ndar
     """
     surface = prepared.surface
     atoms = atoms_of(surface)
-    search = Cover(surface, atoms, rolled_atoms(atoms), prepared.threads)
+    search = AtomCover(surface, atoms, rolled_atoms(atoms), prepared.threads)
     chosen = best = search.dots()
     if n <= len(chosen):  # evenly spread ones of them
         return chosen[farthest_point_sampling(build_grid(surface.points[chosen]), n, rng)]
     least = np.inf
-    for k in range(ROUNDS + 1):
+    for k in range(MAX_ROUNDS_OF_DOTS + 1):
         errors = search.predicted_errors(chosen)
         mean = float((surface.area * errors).sum())
         if mean < least:
             best, least = chosen, mean
         beyond = surface.area * (errors > LEAST_ERROR)
-        if k == ROUNDS or len(chosen) == n or not beyond.any():
+        if k == MAX_ROUNDS_OF_DOTS or len(chosen) == n or not beyond.any():
             break
         chosen = np.concatenate([chosen, search.to_add(chosen, errors, beyond, 0.0)])[:n]
     return farthest_after(prepared.index, best, n)

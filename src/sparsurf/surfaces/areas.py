@@ -37,7 +37,7 @@ from sparsurf.surfaces.rolling_probe import (
     PHI_1,
     THETA_I,
     THETA_J,
-    WHOLE,
+    UNCUT,
     EnclosedCentres,
     Rolling,
     U,
@@ -262,7 +262,7 @@ def _area_outside(caps: np.ndarray, n: int) -> float:
         flat = math.hypot(axis[0], axis[2])
         e1 = (-axis[2] / flat, 0.0, axis[0] / flat) if flat > 0 else (1.0, 0.0, 0.0)
         e2 = cross(e1, axis)
-        m = WHOLE
+        m = UNCUT
         for k in range(n):
             if k == c or m == 0 or caps[k, 3] >= 1:
                 continue
@@ -276,7 +276,7 @@ def _area_outside(caps: np.ndarray, n: int) -> float:
                 half = math.acos(limit / wide)
                 m = cut_out(parts, m, math.atan2(p2, p1) - half, half, k, remaining)
                 parts, remaining = remaining, parts
-        if m == WHOLE:
+        if m == UNCUT:
             area += _cone(axis, height, e1, e2, 0.0, 2 * math.pi)
         for p in range(m):
             area += _cone(axis, height, e1, e2, parts[p, 0], parts[p, 1])

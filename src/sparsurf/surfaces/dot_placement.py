@@ -405,7 +405,7 @@ def _saddle_dots(
 ) -> None:
     """Write the dots of the arcs, last arc first, in strips of equal width in theta, from atom j to atom i.
 
-    They go to their places `slot` (A,); if there is no room for any, they are counted there.
+    They go to their places `slot` (A,); without room they are only counted.
     """
     counts = len(dots.area) == 0
     row_spacing = spacing * math.sqrt(0.75)

@@ -111,7 +111,7 @@ class RolledFrame:
 
     def surface(self, density: float) -> Surface:
         """Place dots of a density."""
-        points, normals, area, kind, atom = place_dots(self.rolled, lattice(density))
+        points, normals, area, kind, atom = place_dots(self.rolled, lattice_of_density(density))
         surface = Surface.of_placed(points, normals, area, kind, self.kept.astype(np.int32)[atom])
         return without_cavities(surface, self.components(surface)) if self.cavities == "remove" else surface
 
@@ -134,12 +134,12 @@ class RolledFrame:
         near = JUST_BELOW * d_link / MIN_D_LINK_PER_SPACING  # a median spacing that suits need not be exact
         density = _below_limit(self._estimate(d_link), d_link, name)
         surface = self.surface(density) if published is None or density != DENSITY else published
-        gap = spacing(surface.points, lattice_spacing(lattice(density)), near)
+        gap = spacing(surface.points, lattice_spacing(lattice_of_density(density)), near)
         # The spacing falls with the root of the density, in about one attempt; measured again, since it need not do so exactly
         while d_link < (least := MIN_D_LINK_PER_SPACING * gap):
             density = _below_limit(density * (DENSITY_RESERVE * least / d_link) ** 2, d_link, name)
             surface = self.surface(density)
-            gap = spacing(surface.points, lattice_spacing(lattice(density)), near)
+            gap = spacing(surface.points, lattice_spacing(lattice_of_density(density)), near)
         if density > DENSITY:
             log.info(
                 "%s: %.2f dots per Å^2, so that neighbouring dots lie within d_link = %g Å of one another",
@@ -238,7 +238,7 @@ def molecular_surface(
     return roll_spheres(xyz, radii, probe, reentrant).surface(density)
 
 
-def lattice(density: float) -> float:
+def lattice_of_density(density: float) -> float:
     """Return the dots per Å^2 of the lattice for a density of the surface."""
     if not 0 < density < np.inf:
         raise InputError(f"{argument('surface.density')} is {density}; it must be a positive number.")

@@ -36,7 +36,7 @@ from sparsurf.surfaces.vectors import (
 # Columns of a row of `arcs`; the first four hold vectors
 T, E1, E2, U, ARC_RADIUS, PHI_0, PHI_1, THETA_I, THETA_J = 0, 3, 6, 9, 12, 13, 14, 15, 16
 N_ARC_COLUMNS = 17
-WHOLE = -1  # number of parts of a circle that nothing has been cut out of
+UNCUT = -1  # number of parts of a circle that nothing has been cut out of
 OPEN, CLOSED, MIXED = 0, 1, 2  # of an atom: where the probes that touch it lie
 
 
@@ -197,11 +197,11 @@ def without_covered_circles(atoms: RolledAtoms) -> RolledAtoms:
 
 @njit(cache=True, nogil=True)
 def cut_out(parts: np.ndarray, m: int, begin: float, half: float, cutter: int, other: np.ndarray) -> int:
-    """Cut an interval of phi, `half` wide on each side, out of m parts of a circle, or out of a `WHOLE` one.
+    """Cut an interval of phi, `half` wide on each side, out of m parts of a circle, or out of a `UNCUT` one.
 
     What remains is written to `other`, with the cutters at its ends; return the number of its parts.
     """
-    if m == WHOLE:
+    if m == UNCUT:
         other[0, 0], other[0, 1] = begin + 2 * half, begin + 2 * math.pi
         other[0, 2], other[0, 3] = cutter, cutter
         return 1
@@ -229,7 +229,7 @@ def _free_parts(
     row: np.ndarray, atoms: RolledAtoms, cutter: np.ndarray, n: int, parts: np.ndarray, other: np.ndarray
 ) -> np.ndarray:
     """Cut the arcs that n spheres cover out of a circle; rows are low and high phi, and the cutters (slots) that end there."""
-    m = WHOLE
+    m = UNCUT
     for c in range(n):
         k = atoms.near[cutter[c]]
         w = subtract(point(atoms.centre, k), vector_at(row, T))

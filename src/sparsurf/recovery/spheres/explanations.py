@@ -35,13 +35,22 @@ MIN_PLANE, MIN_PLANE_OF_NEW = 0.02, 0.1
 MIN_VOLUME, BORDER = 1e-4, -1e-3  # of three directions that span a cone, and of weights on its border
 # Of a place, above the three constraints that fix it: one more agrees by chance once in a thousand places
 MIN_SURPLUS = 1
-ROUNDS = 3  # of added places: dots that one explains free others from what they need; a fourth adds none
-APART = 0.9  # Å, of an added atom from others: shorter than any bond of heavy atoms
-SAME_PROBE = 0.01  # Å, between probe centres that count once
+ROUNDS_OF_PLACES = (
+    3  # of added places: dots that one explains free others from what they need; a fourth adds none
+)
+MIN_ATOM_DISTANCE = 0.9  # Å, of an added atom from others: shorter than any bond of heavy atoms
+SAME_CENTRE = 0.01  # Å, between probe centres that count once
 MAX_PROBES_OF_PLACE = 16  # whose positions are compared with one another
-REACH = 7.0  # Å, between probe centres that touch one atom: the diameter of the largest sphere of centres
-MIN_PROBE_DISTANCE2 = 0.04  # Å^2, between two probes that fix the angle of the second atom of a saddle dot
-BEYOND_DOT, MAX_ANGLE_BETWEEN = 0.02, 2.8  # rad, of the second atom beyond the dot, and between both atoms
+REACH_OF_PROBES = (
+    7.0  # Å, between probe centres that touch one atom: the diameter of the largest sphere of centres
+)
+MIN_DISTANCE2_OF_PROBES = (
+    0.04  # Å^2, between two probes that fix the angle of the second atom of a saddle dot
+)
+ANGLE_BEYOND_DOT, MAX_ANGLE_BETWEEN = (
+    0.02,
+    2.8,
+)  # rad, of the second atom beyond the dot, and between both atoms
 
 
 class Explained(NamedTuple):
@@ -75,7 +84,7 @@ def completed(
     from scipy.spatial import cKDTree  # here: it takes a quarter of a second to load
 
     grid = build_grid(probes)
-    for _ in range(ROUNDS):
+    for _ in range(ROUNDS_OF_PLACES):
         centres, radii, found = _explaining(probes, normals, centres, radii, model)
         unexplained = np.flatnonzero(found.kind == UNEXPLAINED)
         if len(unexplained) < 3 or len(centres) == 0:
@@ -87,11 +96,13 @@ def completed(
         )  # fmt: skip
         places = places[np.lexsort((places[:, 3], -places[:, 4]))]
         if len(places):
-            places = places[cKDTree(centres).query(places[:, :3])[0] > APART]
+            places = places[cKDTree(centres).query(places[:, :3])[0] > MIN_ATOM_DISTANCE]
         if len(places) == 0:
             break
         grid_of_places = build_grid(places[:, :3])
-        places = places[select_separated(grid_of_places, np.arange(len(places)), APART, len(places), 0)]
+        places = places[
+            select_separated(grid_of_places, np.arange(len(places)), MIN_ATOM_DISTANCE, len(places), 0)
+        ]
         centres, radii = np.concatenate([centres, places[:, :3]]), np.concatenate([radii, places[:, 3]])
     return _explaining(probes, normals, centres, radii, model)
 
@@ -167,27 +178,27 @@ def _explain(
     for i in range(len(probes)):
         first, m = start[i], min(start[i + 1] - start[i], MAX_TOUCHED)
         inward = (-normals[i, 0], -normals[i, 1], -normals[i, 2])
-        nearest, one = 2.0 * angle, -1
+        nearest, best = 2.0 * angle, -1
         for a in range(m):
             to_atom = _unit(subtract(point(centres, touched[first + a]), point(probes, i)))
             directions[a, 0], directions[a, 1], directions[a, 2] = to_atom
             across = cross(to_atom, inward)
             off = math.sqrt(dot(across, across))
             if off < nearest and dot(to_atom, inward) > 0:
-                nearest, one = off, a
-        if one >= 0:
+                nearest, best = off, a
+        if best >= 0:
             kind[i] = BY_CONTACT
-            used[touched[first + one]] += 1
+            used[touched[first + best]] += 1
             continue
         nearest, two = 2.0 * angle, -1
         for a in range(m):
             for b in range(a + 1, m):
                 off = _off_plane(point(directions, a), point(directions, b), inward, MIN_PLANE)
                 if off < nearest:
-                    nearest, one, two = off, a, b
+                    nearest, best, two = off, a, b
         if two >= 0:
             kind[i] = BY_SADDLE
-            used[touched[first + one]] += 1
+            used[touched[first + best]] += 1
             used[touched[first + two]] += 1
             continue
         for a in range(m):
@@ -264,7 +275,7 @@ def _surplus(
                     continue
                 is_new = True
                 for e in range(n):
-                    if squared_distance(point(distinct, e), point(grid.xyz, q)) < SAME_PROBE**2:
+                    if squared_distance(point(distinct, e), point(grid.xyz, q)) < SAME_CENTRE**2:
                         is_new = False
                 if is_new:
                     total += 1
@@ -307,12 +318,12 @@ def _places(
         for e in range(1, near.shape[1]):
             j = near[a, e]
             b = subtract(point(probes, j), origin)
-            if dot(b, b) > REACH**2:
+            if dot(b, b) > REACH_OF_PROBES**2:
                 break
             for f in range(e + 1, near.shape[1]):
                 k = near[a, f]
                 c = subtract(point(probes, k), origin)
-                if dot(c, c) > REACH**2:
+                if dot(c, c) > REACH_OF_PROBES**2:
                     break
                 if j < i and k < i:
                     continue  # tried from one of them
@@ -353,14 +364,14 @@ def _places(
             if length < MIN_PLANE:
                 continue
             e2 = _unit(e2)
-            beyond = math.atan2(length, along) + BEYOND_DOT
+            beyond = math.atan2(length, along) + ANGLE_BEYOND_DOT
             for e in range(1, near.shape[1]):
                 v = subtract(point(probes, near[a, e]), origin)
                 v2, x, y = dot(v, v), dot(v, e1), dot(v, e2)
-                if v2 > REACH**2:
+                if v2 > REACH_OF_PROBES**2:
                     break
                 size = math.sqrt(x * x + y * y)
-                if v2 < MIN_PROBE_DISTANCE2:
+                if v2 < MIN_DISTANCE2_OF_PROBES:
                     continue
                 for r in radii:
                     share = v2 / (2 * (r + probe))

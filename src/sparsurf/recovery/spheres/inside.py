@@ -14,11 +14,13 @@ from sparsurf.kernels import njit
 from sparsurf.patches.index import PatchIndex, build_grid
 from sparsurf.threads import parallel_map
 
-CUBE = 8.0  # Å, edge of the cubes whose dots are seen as one from afar
+EDGE_OF_CUBES = 8.0  # Å, edge of the cubes whose dots are seen as one from afar
 FAR = 2.0  # edges, from the middle of a cube: there the sum of its dots differs by less than a hundredth
-SOFTENING = 0.01  # Å^2, added to squared distances, so that a dot next to a point does not decide alone
+ADDED_TO_SQUARES = (
+    0.01  # Å^2, added to squared distances, so that a dot next to a point does not decide alone
+)
 SAMPLE = 300  # dots, next to which inside and outside are measured
-POINTS_PER_TASK = 1024
+PLACES_PER_TASK = 1024
 
 
 class Inside:
@@ -28,7 +30,7 @@ class Inside:
         self, points: np.ndarray, normals: np.ndarray, outside: np.ndarray, inside: np.ndarray
     ) -> None:
         """Sort the dots into cubes, and measure the sums at points known to lie outside (m, 3) and inside (m, 3)."""
-        self._grid = build_grid(points, normals, CUBE)
+        self._grid = build_grid(points, normals, EDGE_OF_CUBES)
         first, last = self._grid.start[:-1], self._grid.start[1:]
         filled = np.flatnonzero(last > first)
         self._first = np.append(first[filled], len(points))
@@ -52,7 +54,7 @@ class Inside:
             ),
             len(points),
             threads,
-            POINTS_PER_TASK,
+            PLACES_PER_TASK,
         )
         return np.concatenate([*parts, np.empty(0)])
 
@@ -74,7 +76,7 @@ def _solid_angles(
                 continue
             for q in range(first[k], first[k + 1]):
                 u, v, w = grid.xyz[q, 0] - x, grid.xyz[q, 1] - y, grid.xyz[q, 2] - z
-                d2 = u * u + v * v + w * w + SOFTENING
+                d2 = u * u + v * v + w * w + ADDED_TO_SQUARES
                 along = u * grid.normals[q, 0] + v * grid.normals[q, 1] + w * grid.normals[q, 2]
                 total += along / (d2 * math.sqrt(d2))
         out[i] = total

@@ -30,7 +30,9 @@ MIN_ATOMS = 4
 # where positions have a noise of 0.01 Å, and more on a surface of another kind.
 DEEP, MAX_DEEP_SHARE = 0.01, 0.02  # Å; share of the kept dots
 SUNK = 0.05  # Å: deeper than noise, so that the program did not trim concave parts where probes overlap, as DMS does not
-MIN_EXPLAINED = 0.3  # share of the kept dots that atoms explain; surfaces of another kind have less than 0.06
+MIN_DOTS_EXPLAINED = (
+    0.3  # share of the kept dots that atoms explain; surfaces of another kind have less than 0.06
+)
 # Dots per Å^2 of the guide, and distance below which it uses fewer neighbours, Å: it only tells inside from outside
 GUIDE_DENSITY, GUIDE_CLOSE = 1.0, 0.5
 INSIDE_OF_ATOM = 0.5  # winding number of the centre of an atom, at least
@@ -39,10 +41,10 @@ SUNKEN = 1.0  # Å, below each kept dot, where the winding number is that of the
 # distance or farther: chosen dots at 0.20 to 0.45, farthest points at 0.91; random ones, at 0.46 to 0.51, then err more.
 # If more of them are explained than `NEARLY_ALL`, as of 0.6 evenly spread dots per Å^2, the rolled surface alone errs less than
 # with points of the interpolant, in a third of the time.
-CLOSEST, APART, NEARLY_ALL = 0.05, 0.6, 0.955
+CLOSEST, EVENNESS, NEARLY_ALL = 0.05, 0.6, 0.955
 # Between such dots: Å around dots of the rolled surface whose probe touches a ball, in which points of the interpolant
 # take their place, and by which these overlap with the rest; and around these, kept dots from which the interpolant is made
-BAND, OVERLAP, AROUND = 0.6, 0.4, 6.0
+BAND_OF_SLICES, OVERLAP, AROUND_SLICES = 0.6, 0.4, 6.0
 TOUCH_OF_BALL = 1e-4  # Å, far above rounding
 # Dots per Å^2 of the rolled surface onto which points of the interpolant move, at least
 ROLLED_DENSITY = 20.0
@@ -175,7 +177,7 @@ class _Kept:
     @property
     def lie_on_spheres(self) -> bool:
         """Whether the dots lie on the spheres of atoms."""
-        return self.share >= MIN_EXPLAINED
+        return self.share >= MIN_DOTS_EXPLAINED
 
     @property
     def need_slices(self) -> bool:
@@ -183,7 +185,7 @@ class _Kept:
         if self.share > NEARLY_ALL:
             return False
         nearest = nearest_distances(self.points)
-        return bool(np.quantile(nearest, CLOSEST) > APART * np.median(nearest))
+        return bool(np.quantile(nearest, CLOSEST) > EVENNESS * np.median(nearest))
 
     def rolled(self) -> RolledSurface:
         """Roll the probe over the atoms."""
@@ -217,10 +219,13 @@ class _Kept:
         if not at_ball_of_dense.any():
             return surface
         replaced = cKDTree(dense.points[at_ball_of_dense])
-        stays = np.asarray(replaced.query(surface.points, distance_upper_bound=BAND)[0]) > BAND
+        stays = (
+            np.asarray(replaced.query(surface.points, distance_upper_bound=BAND_OF_SLICES)[0])
+            > BAND_OF_SLICES
+        )
         surface = _Dots(*(column[stays] for column in surface))
         around = np.flatnonzero(
-            np.asarray(replaced.query(self.points, distance_upper_bound=AROUND)[0]) < AROUND
+            np.asarray(replaced.query(self.points, distance_upper_bound=AROUND_SLICES)[0]) < AROUND_SLICES
         )
         if len(around) < MIN_INTERPOLATED:
             return surface
@@ -229,7 +234,7 @@ class _Kept:
         )
         target = dense.take(~at_ball_of_dense)
         points, normals = self._moved(guide, around, target)
-        outer = BAND + OVERLAP
+        outer = BAND_OF_SLICES + OVERLAP
         near = np.asarray(replaced.query(points, distance_upper_bound=outer)[0]) < outer
         points, normals = points[near], normals[near]
         # Points of the interpolant apart from one another and from the dots of the rolled surface

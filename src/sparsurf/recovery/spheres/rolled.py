@@ -18,7 +18,7 @@ from sparsurf.recovery.spheres.explanations import touched_atoms
 from sparsurf.recovery.spheres.inside import Inside
 from sparsurf.surfaces.components import centres_apart_from
 from sparsurf.surfaces.dot_placement import RolledProbe, place_dots, roll_probe
-from sparsurf.surfaces.molecular_surface import lattice
+from sparsurf.surfaces.molecular_surface import lattice_of_density
 
 # Å, by which the ball of a dot is smaller than the probe, which touches the dot: the rounding of a file
 ROUNDING_OF_DOTS = 5e-4
@@ -35,8 +35,8 @@ MARGIN, STEP = 1.5, 0.25
 BALL_GAP = 1.0  # Å, between balls at probe centres inside, so that few shut a leak
 # Å, of a dot of the rolled surface from the guide: true ones lie within 1.8. Where dots are missing on one side of the molecule,
 # the probe rolls inside, and what is farther away is left out.
-FARTHEST = 2.0
-ROUNDS = 6  # of balls inside; one or two shut all leaks that were seen
+FARTHEST_FROM_GUIDE = 2.0
+ROUNDS_OF_BALLS = 6  # of balls inside; one or two shut all leaks that were seen
 
 
 class RolledDots(NamedTuple):
@@ -66,8 +66,8 @@ class RolledSurface(NamedTuple):
 
     def place(self, density: float) -> RolledDots:
         """Place dots at `density` per Å^2, those on balls included."""
-        dots = RolledDots(*place_dots(self.rolled, lattice(density)))
-        return dots.take(_are_near(self.guide, dots.points, FARTHEST))
+        dots = RolledDots(*place_dots(self.rolled, lattice_of_density(density)))
+        return dots.take(_are_near(self.guide, dots.points, FARTHEST_FROM_GUIDE))
 
 
 def rolled_surface(
@@ -92,7 +92,7 @@ def rolled_surface(
     spheres = np.concatenate([centres, unexplained])
     # so that no ball keeps the probe from where it lies at another dot
     sizes = np.concatenate([radii, -np.maximum(depth, 0) - ROUNDING_OF_DOTS])
-    for _ in range(ROUNDS):
+    for _ in range(ROUNDS_OF_BALLS):
         rolled = _roll_where_dots_lie(probes, spheres, sizes, probe, exact)
         found = rolled.rolling.probes[~rolled.left_out.probes] + rolled.origin
         found = found[inside.winding_numbers(found, threads) > INSIDE]
@@ -107,7 +107,9 @@ def rolled_surface(
         spheres = np.concatenate([spheres, found[chosen]])
         steps = np.floor(np.maximum(depth[chosen] - MARGIN, 0) / STEP)
         sizes = np.append(sizes, STEP * steps - ROUNDING_OF_DOTS)
-    return RolledSurface(rolled, spheres, sizes, len(centres), build_grid(guide, side=FARTHEST / 2))
+    return RolledSurface(
+        rolled, spheres, sizes, len(centres), build_grid(guide, side=FARTHEST_FROM_GUIDE / 2)
+    )
 
 
 def _roll_where_dots_lie(

@@ -138,7 +138,7 @@ def _highest(table: pd.DataFrame) -> np.ndarray:
 
 
 def _positions(table: pd.DataFrame) -> np.ndarray:
-    """Place residues along an axis by their numbers, (n,) int: what is missing leaves a gap, of at most `MAX_GAP` residues."""
+    """Place residues along an axis by their numbers, (n,) int; missing ones leave a gap of at most `MAX_RESIDUE_GAP` residues."""
     numbers = _numbers(table)
     step = numbers.diff().where(table["chain"] == table["chain"].shift(), 1)
     return np.append(0, step.clip(1, MAX_RESIDUE_GAP)[1:].cumsum()).astype(int)
