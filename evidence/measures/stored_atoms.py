@@ -26,8 +26,8 @@ DRACO_BITS = 12
 FLOAT = 4  # bytes
 NUMBERS_OF_A_DOT, NUMBERS_OF_AN_ATOM = 6, 4
 REQUESTED = 0.02  # Å, mean error at which ways to store a surface are compared
-FEWEST, MOST = 4.0, 14.0  # vertices per Å^2 between which a mesh of this error is sought
-HALVINGS = 4
+FEWEST, MOST = 0.5, 8.0  # vertices per Å^2 between which a mesh of this error is sought; it has about 1.7
+HALVINGS = 8  # until the number of vertices is known within 1 %
 
 
 def rounded(spheres: Spheres) -> tuple[Spheres, float]:
