@@ -159,7 +159,7 @@ def areas(
     molecule : path, Molecule, atoms of another library, or pair (xyz, radii)
         As in `surface`.
     frame : int
-        Position of the frame, from 0 (default 0). `frames` gives the areas of every frame of a trajectory.
+        Position of the frame, from 0 (default 0).
     probe_radius : float
         Radius of the probe, Å (default 1.4).
     radii : {'dms', 'bondi'}

@@ -19,7 +19,7 @@ cavities. The maxima are for residues without hydrogens and depend on the radii,
 chain buries where both are alone.
 
 FILE may also hold radii (.xyzr .xyzrn .pqr) or the elements of a small molecule (.sdf .mol .mol2), which get radii of Bondi; the
-table is then one of atoms. `sparsurf frames` gives the areas of every frame of a trajectory.
+table is then one of atoms.
 
 examples:
   sparsurf areas protein.pdb -o areas.csv
