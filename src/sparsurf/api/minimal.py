@@ -263,7 +263,8 @@ def recover(
     Returns
     -------
     Surface
-        The few dots, unchanged, followed by the new dots between them, with normals, areas and interpolated fields.
+        The few dots, unchanged, followed by the new dots between them, with normals, areas (estimated where the surface is
+        interpolated) and interpolated fields.
 
     Raises
     ------
@@ -276,14 +277,15 @@ def recover(
     >>> dots = sparsurf.surface("data/tdp43/topology.pdb")
     >>> dense = sparsurf.recover(dots[sparsurf.sample(dots, percent=10)])
     >>> len(dense)
-    30574
+    23561
 
-    Their mean distance in Å from the nearest dot of the molecule, whose own dots are about 0.4 Å apart:
+    Their mean distance in Å from the nearest dot of the molecule, whose own dots are about 0.4 Å apart. It is small, since most
+    of the atoms are found exactly, and dots are placed on these as by `surface`:
 
     >>> from scipy.spatial import cKDTree
     >>> distance = cKDTree(dots.points).query(dense.points)[0]
     >>> round(float(distance.mean()), 2)
-    0.16
+    0.02
     """
     if isinstance(few, SurfaceAtoms):
         if (reach, steps, model) != (REACH, NEWTON_STEPS, AUTO):

@@ -105,7 +105,8 @@ CALLS = [
     ("roughness", lambda g, **k: sparsurf.roughness(g.dots, **k), {}, {"r_patch": 3.0, "d_link": 0.7}),
     ("descriptors", lambda g, **k: sparsurf.descriptors(g.dots, **k), {"at": [0, 90]}, {
         "at": [0, 91], "r_zernike": 5.0, "up": False, "d_link": 0.7, "descriptor": "rotation_robust"}),
-    ("recover", lambda g, **k: sparsurf.recover(g.few, **k), {}, {"density": 9.0, "reach": 1.3, "steps": 1}),
+    ("recover", lambda g, **k: sparsurf.recover(g.few, **k), {}, {"density": 9.0}),
+    ("recover", lambda g, **k: sparsurf.recover(g.few, **k), {"model": "interpolant"}, {"reach": 1.3, "steps": 1}),
     ("floors", lambda g, **k: sparsurf.floors(g.dots, **k), {}, {"d_link": 0.7, **SEED}),
     ("fields", lambda g, **k: sparsurf.fields(g.dots, **k), {"names": "hydropathy"}, {"names": "potential"}),
     ("fields", lambda g, **k: sparsurf.fields(g.frames, around(g.frames), **k), {"names": "potential"}, {"frame": 1}),

@@ -69,11 +69,13 @@ OPTIONS = {
     "points": {"": {}, **OF_ATOMS, **PLACED, "--n-dots 50": {"n_dots": 50}, "--density 0.5": {"density": 0.5},
      "--seed 3": {"seed": 3}, "--fields roughness": {"fields": "roughness"},
      "--selection all --cavities keep": {"selection": "all", "cavities": "keep"}},
-    "recover": {"": {}, "--density 9": {"density": 9}, "--reach 1.2": {"reach": 1.2}, "--at few.csv": {"at": "few.csv"},
-     "--model interpolant": {"model": "interpolant"}, "--mesh": {"mesh": True},
+    "recover": {"": {}, "--density 9": {"density": 9}, "--at few.csv": {"at": "few.csv"},
+     "--model interpolant": {"model": "interpolant"},
+     "--model interpolant --reach 1.2": {"model": "interpolant", "reach": 1.2}, "--mesh": {"mesh": True},
      "--mesh --density 3": {"mesh": True, "density": 3}, "--mesh --step 0.4": {"mesh": True, "step": 0.4},
      "--mesh --n-vertices 400": {"mesh": True, "n_vertices": 400},
-     "--mesh --reach 2.5": {"mesh": True, "reach": 2.5}, "--mesh --colours": {"mesh": True, "colours": True}},
+     "--mesh --model interpolant --reach 2.5": {"mesh": True, "model": "interpolant", "reach": 2.5},
+     "--mesh --colours": {"mesh": True, "colours": True}},
     "show": {"": {}, **OF_ATOMS, **PLACED, **CAGED},
     "frames": {"": {}, **{words: keys for words, keys in OF_ATOMS.items() if "frame" not in keys}, **HYDROPATHY, **PLACED,
      **CAGED, "--stride 2": {"stride": 2}},
@@ -96,7 +98,9 @@ INSTEAD = {
 BASES = {  # what an option is compared with, where that is not the command without options
     "--selection all --": "--selection all",
     "--mesh --selection all": "--mesh --selection all",
+    "--mesh --model interpolant --": "--mesh --model interpolant",
     "--mesh ": "--mesh",
+    "--model interpolant --": "--model interpolant",
     "--trajectory run.xtc --frame": "--trajectory run.xtc",
     "--error 0.1 --sampler cover --": "--error 0.1 --sampler cover",
     "--error 0.1 --": "--error 0.1",
@@ -223,7 +227,7 @@ def minimal(file, keys, out):
 
 def recover(file, keys, out):
     if "reach" in keys and "mesh" in keys:  # for which `mesh` has no argument
-        made = mesh_of_dots(sparsurf.read_surface(file), mesh_size(), reach=keys["reach"])
+        made = mesh_of_dots(sparsurf.read_surface(file), mesh_size(), **some(keys, "model", "reach"))
         sparsurf.write(made, out / "own.ply")
         return read(out / "own.ply")
     if "mesh" in keys:
