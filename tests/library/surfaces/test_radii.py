@@ -6,6 +6,7 @@ from dataclasses import asdict
 from importlib import import_module
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 import sparsurf
@@ -27,12 +28,13 @@ TABLES = {  # XX is no element
 def test_radii_are_those_of_the_tables(table, caplog):
     words = TABLES[table].split()
     expected = [float(word) for word in words[1::2]]
-    assert radii(SimpleNamespace(element=words[::2]), table).tolist() == expected
+    assert radii(SimpleNamespace(element=np.array(words[::2])), table).tolist() == expected
     assert caplog.messages == [f"no {table} radius for XX: {expected[-1]:.2f} Å is used"]
     caplog.clear()
-    radii(SimpleNamespace(element=words[:-2:2]), table)
+    radii(SimpleNamespace(element=np.array(words[:-2:2])), table)
     assert not caplog.text
-    assert radii(SimpleNamespace(element=["ZZ", "C", "XX", "ZZ"]), table).tolist()[::2] == [expected[-1]] * 2
+    others = SimpleNamespace(element=np.array(["ZZ", "C", "XX", "ZZ"]))
+    assert radii(others, table).tolist()[::2] == [expected[-1]] * 2
     assert caplog.messages == [f"no {table} radius for XX, ZZ: {expected[-1]:.2f} Å is used"]
 
 
