@@ -259,6 +259,7 @@ def _dry_run(log, listed, options, all_jobs, edited, asks):
         kinds.plugins.cache_clear()
         code_version.code_of.cache_clear()
         code_version.counted.cache_clear()
+        catalogue.checksum.cache_clear()
         as_it_is = Path.read_bytes
         Path.read_bytes = lambda path: as_it_is(path) + (b"\n# a line more" if path in edited else b"")
         try:

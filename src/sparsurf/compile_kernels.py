@@ -45,6 +45,7 @@ PATCHES = (
 
 def compile_surfaces() -> None:
     """Compile the kernels that place dots, draw surfaces and reconstruct them."""
+    from sparsurf.api.surface_atoms import surface_atoms
     from sparsurf.patches.index import build_index
     from sparsurf.recovery.errors import curvature
     from sparsurf.recovery.spheres.rebuilding import rebuild
@@ -59,6 +60,10 @@ def compile_surfaces() -> None:
     dots = molecular_surface(*helix())
     rebuild(dots.points, dots.normals)
     curvature(build_index(points, normals))
+    # the probe fits into the shell unless the atom at its centre is kept, or cavities are removed
+    shell = np.concatenate([np.zeros((1, 3)), 2 * points]), np.full(BALL_DOTS + 1, 1.7)
+    for cavities in ("keep", "remove"):
+        surface_atoms(shell, cavities=cavities)
     exact_distance(points, roll_spheres(*helix(), PROBE_RADIUS))
     camera = render.aim(points, np.eye(3), (20, 20))  # as for pictures, which need matplotlib
     render.picture(render.draw_surface(points, normals, (0.5, 0.5, 0.5), camera))

@@ -525,7 +525,10 @@ def test_a_download_of_an_earlier_version_is_kept_before_anything_runs(checkout,
     said = capsys.readouterr()
     assert "Kept as they are in results/mine/, without a complete record: 1 download." in said.out
     touched = [f"results/mine/p/download/1UBI.cif.gz{end}" for end in ("", ".json")]
-    assert checkout.calls[0] == ["--quiet", "all", "--touch", "--force", *touched] and len(checkout.calls) == 2 - code
+    assert (
+        checkout.calls[0] == ["--quiet", "all", "--touch", "--force", *touched]
+        and len(checkout.calls) == 2 - code
+    )
     records = ledger.read_records(checkout.root / "results/mine")
     assert len(records) == 1 - code and ("Nothing was changed" in said.err) == bool(code)
 
