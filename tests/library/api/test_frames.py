@@ -96,15 +96,21 @@ def stop_before_writing(monkeypatch, molecule, path, **options):
             sparsurf.frames(molecule, path=path, **options)
 
 
-def test_parts_of_another_trajectory_are_not_taken(seven, tmp_path, monkeypatch):
-    """What a stopped run left behind belongs to other positions."""
-    stop_before_writing(monkeypatch, seven, tmp_path / "run.csv")
-    moved = write(
-        tmp_path / "moved.pdb",
-        models(7).replace("MODEL        7", "MODEL        8").replace(" ALA B", " GLY B"),
-    )
-    sparsurf.frames(moved, path=tmp_path / "run.csv")
-    assert "GLY" in (tmp_path / "run.csv").read_text().rpartition("\n6,")[2]
+@pytest.mark.parametrize("changed", ["xyz", "residue_name", "frame_number"])
+def test_parts_of_another_trajectory_are_not_taken(seven, tmp_path, monkeypatch, changed):
+    """Neither those of other positions, nor of other residues, nor of other frames of the file, of a stopped run."""
+    molecule = sparsurf.read_molecule(seven)
+    other = {
+        "xyz": molecule.xyz[::-1],
+        "residue_name": np.where(molecule.chain == "B", "GLY", molecule.residue_name),
+        "frame_number": molecule.frame_number + 3,
+    }
+    stop_before_writing(monkeypatch, molecule, tmp_path / "run.csv")
+    molecule = replace(molecule, **{changed: other[changed]})
+    sparsurf.frames(molecule, path=tmp_path / "run.csv")
+    sparsurf.frames(molecule, path=tmp_path / "alone.csv")
+    for end in ("", "_frames"):
+        assert (tmp_path / f"run{end}.csv").read_bytes() == (tmp_path / f"alone{end}.csv").read_bytes()
 
 
 def lowest(molecule, points):

@@ -97,8 +97,11 @@ def test_kinds_and_spheres_are_those_of_the_surface(folder):
     assert np.abs(distance[dots.kind == 0]).max() < 2e-3 and (distance[dots.kind == 2] > 0.01).mean() > 0.9
     table = np.loadtxt(folder / "ours.face", skiprows=3, dtype=int)
     own = dots.kind[table[:, :3] - 1]
-    same = (own == own[:, :1]).all(axis=1)
-    assert np.array_equal(table[same, 3], np.array([1, 3, 2])[own[same, 0]])
+    # the kind of two or three corners, and a saddle where all three differ, with the face of a corner of that kind
+    kind = np.median(own, axis=1).astype(int)
+    assert np.array_equal(table[:, 3], np.array([1, 3, 2])[kind]) and (own != own[:, :1]).any()
+    face = np.abs(np.loadtxt(folder / "ours.vert", skiprows=3, usecols=6, dtype=int))[table[:, :3] - 1]
+    assert ((own == kind[:, None]) & (face == table[:, 4:5])).any(axis=1).all()
     again = folder / "again.vert"
     sparsurf.write(sparsurf.mesh((molecule.xyz[0], sizes), density=3.0), again)
     mine = sparsurf.read_surface(again)

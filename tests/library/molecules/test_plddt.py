@@ -107,7 +107,7 @@ def test_values_tell_plddt_where_nothing_else_does(caplog):
         assert asked((5.0, 5.0), (6.0, 6.0), (largest, largest)) == found
     assert asked(low, high, (100.5, 100.5)) is asked((-1.0, -1.0), high, high) is None
     caplog.clear()
-    assert asked((0.6, 0.7), (0.8, 0.8), (0.65, 0.7)) == [0, 2] and "since none is above 1" in caplog.text
+    assert asked((0.6, 0.7), (0.8, 1.0), (0.65, 0.7)) == [0, 2] and "since none is above 1" in caplog.text
     assert "is on a scale of 0 to 1, and is multiplied by 100" in caplog.text
     assert asked((0.0, 0.0), (1.0, 1.0), (1.0, 1.0)) is None  # flags
     assert asked((0.0, 0.0), high, high) == [0]

@@ -864,7 +864,7 @@ def test_scaled_coordinates_of_lammps_are_shares_of_the_box(tmp_path):
         head = f"ITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\n20\nITEM: BOX BOUNDS pp pp pp\n{bounds}ITEM: ATOMS id type {names}\n"
         write(tmp_path / "a.lammpstrj", head + rows)
         read = read_molecule(path, tmp_path / "a.lammpstrj").xyz[0]
-        assert np.ptp(read - whole, axis=0).max() < 1e-4
+        np.testing.assert_allclose(read, whole, atol=1e-4)
 
 
 def test_a_complex_that_the_box_of_a_pdb_file_cuts_is_joined_and_a_crystal_is_not(tmp_path):

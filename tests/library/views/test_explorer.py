@@ -3,6 +3,7 @@
 import re
 
 import matplotlib.image
+import mdtraj
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
@@ -289,21 +290,25 @@ def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("frames")
     (folder / "top.pdb").write_text(steps(1))
     (folder / "run.pdb").write_text(steps())
+    moving = mdtraj.load(str(folder / "run.pdb"))
+    moving.time = 7500.0 * np.arange(5)  # ps
+    moving.save(str(folder / "run.xtc"))
     return folder
 
 
 @pytest.fixture(scope="module")
 def frames_html(folder):
     """The page of its frames."""
-    return sparsurf.show(folder / "top.pdb", trajectory=folder / "run.pdb", open_browser=False).html
+    return sparsurf.show(folder / "top.pdb", trajectory=folder / "run.xtc", open_browser=False).html
 
 
 def test_the_page_of_a_trajectory_has_the_areas_and_the_places_of_every_frame(folder, frames_html):
     header, columns = unpacked(frames_html)
-    molecule = sparsurf.read_molecule(folder / "top.pdb", folder / "run.pdb")
+    molecule = sparsurf.read_molecule(folder / "top.pdb", folder / "run.xtc")
     dots = [sparsurf.surface(molecule, frame=k) for k in range(5)]
     tables = [sparsurf.residues(each) for each in dots]
-    assert [label.split(",")[0] for label in header["frames"]] == [f"frame {k}" for k in range(5)]
+    times = ("0 ps", "7500 ps", "15 ns", "22.5 ns", "30 ns")
+    assert header["frames"] == [f"frame {k}, {time}" for k, time in enumerate(times)]
     assert header["areas"] == pytest.approx(
         [each.area.sum() for each in dots], rel=2e-3
     )  # one density for all
@@ -326,8 +331,12 @@ def test_the_page_of_a_trajectory_has_the_areas_and_the_places_of_every_frame(fo
     page = Page(frames_html)
     most = labels_of(tables[0])[area.std(axis=0, ddof=1).argmax()]
     assert (
-        "run.pdb has 5 frames of 6 residues." in page.text and f"The area of {most} changes most" in page.text
+        "run.xtc has 5 frames of 6 residues." in page.text and f"The area of {most} changes most" in page.text
     )
+    smallest, largest = (header["areas"].index(each) for each in (min(header["areas"]), max(header["areas"])))
+    told = re.search(r"ranges from ([\d,]+).Å² \((.*?)\) to ([\d,]+).Å² \((.*?)\)", page.text).groups()
+    assert told[1::2] == (header["frames"][smallest], header["frames"][largest])
+    assert told[::2] == tuple(f"{header['areas'][k]:,.0f}" for k in (smallest, largest))
     rows = next(rows for rows in page.tables if rows[0][0] == "residue")[1:]
     assert rows[0][0] == most and rows[0][1] == f"{sd.max():.1f}"
 
@@ -393,9 +402,9 @@ def test_a_page_shows_at_most_a_hundred_frames_evenly(folder, monkeypatch):
             and n - positions[-1] <= every
         )
     monkeypatch.setattr(explorer, "MAX_FRAMES", 3)
-    html = sparsurf.show(folder / "top.pdb", trajectory=folder / "run.pdb", open_browser=False).html
+    html = sparsurf.show(folder / "top.pdb", trajectory=folder / "run.xtc", open_browser=False).html
     assert "has 5 frames of 6 residues, of which this page shows every 2nd." in Page(html).text
-    assert [label.split(",")[0] for label in unpacked(html)[0]["frames"]] == ["frame 0", "frame 2", "frame 4"]
+    assert unpacked(html)[0]["frames"] == ["frame 0, 0 ps", "frame 2, 15 ns", "frame 4, 30 ns"]
 
 
 def test_the_command_says_first_how_many_frames_there_are_and_names_the_page_after_them(
@@ -404,8 +413,8 @@ def test_the_command_says_first_how_many_frames_there_are_and_names_the_page_aft
     monkeypatch.chdir(folder)
     (folder / "one.pdb").write_text(steps(1))
     for options, name, said in (
-        (["--trajectory", "run.pdb"], "top_frames.html", "5 frames of 6 residues; about"),
-        (["--trajectory", "run.pdb", "--frame", "2"], "top_frame2.html", ""),
+        (["--trajectory", "run.xtc"], "top_frames.html", "5 frames of 6 residues; about"),
+        (["--trajectory", "run.xtc", "--frame", "2"], "top_frame2.html", ""),
         (["--trajectory", "one.pdb"], "top_frames.html", ""),  # one frame has no slider
     ):
         assert command.main(["show", "top.pdb", "--no-open", *options]) == 0
