@@ -175,3 +175,15 @@ def test_the_cost_of_a_long_trajectory_follows_from_that_of_a_frame() -> None:
             int(frames.replace(",", "")) * float(shown.split("<")[0]) / 3600, rel=0.15
         )
         assert int(jobs) == max(1, round(float(hours) / 8))
+
+
+def test_the_cost_of_many_structures_follows_from_that_of_one() -> None:
+    page = (ROOT / "README.md").read_text(encoding="utf-8")
+    number = r"([\d.,]+)"
+    found = re.search(
+        rf"{number} proteins of .* {number} CPU s and {number} kB each: {number} CPU minutes, {number} GB",
+        page,
+    )
+    proteins, cpu_s, kilobytes, minutes, gigabytes = (float(one.replace(",", "")) for one in found.groups())
+    assert minutes == pytest.approx(proteins * cpu_s / 60, rel=0.1)
+    assert gigabytes == pytest.approx(proteins * kilobytes / 1e6, rel=0.1)

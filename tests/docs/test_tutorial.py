@@ -81,11 +81,15 @@ def test_more_dots_are_better_than_few_and_than_uniform_ones(folder):
 
 def test_the_commands_and_the_python_of_the_readme_do_what_they_say(folder, tmp_path):
     shutil.copy(folder / "protein.pdb", tmp_path)
+    shutil.copytree(ROOT / "data" / "tdp43", tmp_path / "data" / "tdp43")
     frame, moved = (mdtraj.load(folder / "protein.pdb") for _ in range(2))
     moved.xyz += 0.1
     mdtraj.join([frame, moved]).save_xtc(tmp_path / "run.xtc")
     text = (ROOT / "README.md").read_text(encoding="utf-8")
-    (commands,) = re.findall(r"(?ms)^```bash\npip install \.\n(.*?)^```", text)
+    installed, *blocks_of_text = re.findall(r"(?ms)^```bash\n(.*?)^```", text)
+    commands = installed.removeprefix("pip install .\n") + "".join(
+        block for block in blocks_of_text if block.startswith("sparsurf")
+    )
     (lines,) = re.findall(r"(?ms)^```python\n(.*?)^```", text)
     environment = os.environ | {
         "PATH": f"{folder / 'bin'}:{os.environ['PATH']}",
@@ -94,6 +98,7 @@ def test_the_commands_and_the_python_of_the_readme_do_what_they_say(folder, tmp_
     code = lines + "print(len(dots), len(few), len(dense), xyz.shape)\n"
     (tmp_path / "lines.py").write_text(code, encoding="utf-8")
     subprocess.run(["sh", "-ec", commands], cwd=tmp_path, env=environment, check=True)
+    assert (tmp_path / "topology.html").is_file()
     said = subprocess.run(
         [warm_python.interpreter(), "lines.py"],
         cwd=tmp_path,
