@@ -1,4 +1,4 @@
-# docs/few_dots.md: the atoms that determine a surface exactly.
+# docs/paper_spheres.md: the atoms that determine a surface exactly.
 
 SURFACE_ATOMS = config["surface_atoms"]
 SURFACE_ATOMS_CHAINS = names_in_set(STRUCTURES, "chains")[
