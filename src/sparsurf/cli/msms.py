@@ -173,7 +173,7 @@ def _run(given: dict[str, str]) -> None:
     if given.get("surface", "tses") != "tses":
         raise InputError(f"-surface {given['surface']} of MSMS is not available; leave it out, or give tses.")
     require_kernel_cache()
-    spheres = read_spheres(given["if"])
+    spheres = read_spheres(given["if"], skip_other_lines=True)
     if "noh" in given:
         kept = np.abs(spheres.radii - RADIUS_OF_HYDROGENS) > 1e-6
         if not kept.any():

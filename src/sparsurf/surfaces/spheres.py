@@ -57,13 +57,40 @@ class AtomLine(NamedTuple):
     kind: str  # its element, or its type
 
 
-def read_spheres(path: Path | str) -> Spheres:
+def read_spheres(path: Path | str, *, skip_other_lines: bool = False) -> Spheres:
     """Read the spheres of a file, whose suffix determines the format; elements of .sdf, .mol and .mol2 get radii of Bondi.
 
-    Raise InputError where a line is no sphere, or where lengths cannot be Å.
+    Raise InputError where a line is no sphere, or where lengths cannot be Å. `skip_other_lines` leaves out the lines of a
+    .xyzr or .xyzrn without four numbers, and spheres of the radius 0, as MSMS does, with a warning.
     """
     with naming_file(path):
-        return _spheres(read_text(path), SPHERE_READERS.get(suffix(path), _xyzr))
+        text, read = read_text(path), SPHERE_READERS.get(suffix(path), _xyzr)
+        return _spheres(_without_other_lines(text) if skip_other_lines and read is _xyzr else text, read)
+
+
+def _without_other_lines(text: str) -> str:
+    """Empty the lines without a sphere, except comments; the others keep their numbers.
+
+    A row of too few numbers at the end, without a line feed, stays: the file may be cut short there.
+    """
+    lines = text.split("\n")
+    skipped = []
+    for k, line in enumerate(lines):
+        words = line.split()[:4]
+        if not words or words[0].startswith("#"):
+            continue
+        is_number = [_is_number(word) for word in words]
+        may_be_cut = k == len(lines) - 1 and all(is_number)
+        if (all(is_number) and float(words[3]) != 0) if len(words) == 4 else may_be_cut:
+            continue
+        skipped.append((k, line.strip()))
+        lines[k] = ""
+    if skipped:
+        log.warning(
+            "%s: skipped %s without a sphere (x, y, z and a radius above 0); the first is line %d: %s",
+            FILE, pluralise(len(skipped), "line"), skipped[0][0] + 1, shorten(skipped[0][1]),
+        )  # fmt: skip
+    return "\n".join(lines)
 
 
 def _spheres(text: str, read: SphereReader) -> Spheres:
@@ -83,6 +110,15 @@ def _spheres(text: str, read: SphereReader) -> Spheres:
     if spheres.radii.max() < MIN_RADIUS:
         raise InputError(f"{FILE}: its largest radius is {spheres.radii.max():g} Å; give lengths in Å.")
     return spheres
+
+
+def _is_number(word: str) -> bool:
+    """Return whether a word is a number; nan is one, which the readers refuse."""
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
 
 
 def _number(word: str) -> float:

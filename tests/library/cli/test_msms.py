@@ -118,6 +118,24 @@ def test_a_header_names_and_areas_are_left_out_where_asked(folder):
     assert len(rows) == pytest.approx(0.5 * sparsurf.surface(TDP43, cavities="remove").area.sum(), rel=0.1)
 
 
+def test_lines_of_clients_that_are_no_sphere_are_skipped_here_alone(folder, caplog):
+    """A path, as AtomSurf writes it, END, words, and hydrogens of the radius 0, as HMR writes them: all as MSMS does."""
+    atoms = (folder / "p.xyzrn").read_text().splitlines()
+    odd = ["/a/atmtypenumbers", *atoms[:3], "", "1.0 2.0", "1 2 3 0.0 1 HG", *atoms[3:], "# a comment", "END"]
+    (folder / "odd.xyzrn").write_text("\n".join(odd))
+    options = "-probe 1.4 -density 3.0 -hdensity 3.0"
+    assert ended(folder, f"-if odd.xyzrn -of odd -af odd {options}") == 0
+    (message,) = caplog.messages
+    assert message == (
+        "odd.xyzrn: skipped 4 lines without a sphere (x, y, z and a radius above 0); the first is line 1: /a/atmtypenumbers"
+    )
+    for end in ("face", "area"):
+        texts = [(folder / f"{name}.{end}").read_text().splitlines()[1:] for name in ("odd", "ours")]
+        assert texts[0] == texts[1]
+    with pytest.raises(sparsurf.InputError, match="line 1 does not hold x, y, z and the radius"):
+        sparsurf.surface(folder / "odd.xyzrn")
+
+
 @pytest.mark.parametrize(
     ("words", "status", "said"),
     [
@@ -134,9 +152,10 @@ def test_a_header_names_and_areas_are_left_out_where_asked(folder):
         ("-if p.xyzr -of x -one_cavity 3 0 1", 1, "-one_cavity needs its values"),
         ("-if p.xyzr -of x -surface ases", 1, "-surface ases of MSMS is not available"),
         ("-if p.xyzr -socketName s", 1, "-socketName of MSMS is not available"),
-        ("-if words.xyzr -of x", 1, "line 2 does not hold x, y, z and the radius"),
+        ("-if cut.xyzr -of x", 1, "line 2 does not hold x, y, z and the radius"),
+        ("-if words.xyzr -of x", 1, "words.xyzr holds no atoms"),
         ("-if nan.xyzr -of x", 1, "line 1 has a sphere at nan 0 0"),
-        ("-if zero.xyzr -of x", 1, "radii above 0"),
+        ("-if negative.xyzr -of x", 1, "radii above 0"),
         ("-if empty.xyzr -of x", 1, "empty.xyzr holds no atoms"),
         ("-if p.xyzr -of x -density 1000", 1, "-density is 1000"),
         ("-if p.xyzr -of x -density many", 1, "-density is 'many'"),
@@ -145,9 +164,10 @@ def test_a_header_names_and_areas_are_left_out_where_asked(folder):
 )
 def test_bad_input_is_one_sentence_and_no_file(folder, capsys, words, status, said):
     for name, text in (
-        ("words", "0 0 0 1.5\nATOM 1\n"),
+        ("cut", "0 0 0 1.5\n1 2"),
+        ("words", "END\n0 0 0 0\n"),
         ("nan", "nan 0 0 1.5\n"),
-        ("zero", "0 0 0 0\n"),
+        ("negative", "0 0 0 -1\n"),
         ("empty", "\n"),
     ):
         (folder / f"{name}.xyzr").write_text(text)
