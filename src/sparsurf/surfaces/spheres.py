@@ -76,12 +76,12 @@ def _without_other_lines(text: str) -> str:
     lines = text.split("\n")
     skipped = []
     for k, line in enumerate(lines):
-        words = line.split()[:4]
-        if not words or words[0].startswith("#"):
+        texts = line.split()[:4]
+        if not texts or texts[0].startswith("#"):
             continue
-        is_number = [_is_number(word) for word in words]
+        is_number = [_is_number(word) for word in texts]
         may_be_cut = k == len(lines) - 1 and all(is_number)
-        if (all(is_number) and float(words[3]) != 0) if len(words) == 4 else may_be_cut:
+        if (all(is_number) and float(texts[3]) != 0) if len(texts) == 4 else may_be_cut:
             continue
         skipped.append((k, line.strip()))
         lines[k] = ""
