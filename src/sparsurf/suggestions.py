@@ -18,6 +18,14 @@ def did_you_mean(value: str, names: Iterable[str]) -> str:
     return f"; did you mean {full_names[near[0]]!r}?" if near else ""
 
 
+def _has_a_text(value: Any) -> bool:
+    """Return whether a value can be quoted in a sentence: its class may define this wrongly."""
+    try:
+        return bool(repr(value))
+    except Exception:
+        return False
+
+
 # The keywords of `surface`
 PLACEMENT = ("frame", "probe_radius", "density", "radii", "cavities", "reentrant", "d_link", "boundary")
 
@@ -54,7 +62,19 @@ def public(of_dots: bool = False) -> Callable[[F], F]:
                 raise InputError(
                     f"{function.__name__} needs {missing[0]}; its arguments are {', '.join(names)}."
                 )
-            return function(*values, **keywords)
+            try:
+                return function(*values, **keywords)
+            except InputError:
+                raise
+            except Exception as error:  # of a message, say, that quotes an argument
+                given = zip(names, values, strict=False)
+                for name, value in (*given, *keywords.items()):
+                    if not _has_a_text(value):
+                        raise InputError(
+                            f"{function.__name__}: {name} is a {type(value).__name__} that cannot be shown as text; "
+                            "give a value of another type."
+                        ) from error
+                raise
 
         return cast(F, checked)
 

@@ -219,8 +219,8 @@ def residues(
     dots_kept = index_array(kept, len(surface), "kept")
     if dots_kept.size:
         dots_kept = subset_indices("kept", dots_kept, len(surface))
-    weights = np.ones(len(dots_kept), int) if weight is None else np.asarray(weight)
-    if weight is not None and not (real_numbers(weight, "weight") >= 0).all():
+    weights = np.ones(len(dots_kept), int) if weight is None else real_numbers(weight, "weight")
+    if not (weights >= 0).all():
         raise InputError(
             "residues: weight has negative values or NaN; give the number of dots that each kept dot stands for."
         )

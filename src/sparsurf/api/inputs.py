@@ -119,7 +119,7 @@ def as_dots(source: DotsLike) -> Surface:
     if has_atoms(given):
         name = given if isinstance(given, Source) else _with_article(given)
         raise InputError(f"{name} holds atoms: give the dots that surface() places on them.")
-    if isinstance(source, tuple) and len(source) == 2:
+    if is_pair(source):
         dots = Surface(*source)
         with naming_file("surface"):
             check_plausibility(dots.points, dots.normals, dot_label)
@@ -178,7 +178,7 @@ def as_spheres(source: Any, frame: int, table: str) -> tuple[Any, int, np.ndarra
     if is_file_of_spheres(source):
         spheres = read_spheres(source)
         source = spheres.xyz, spheres.radii
-    if isinstance(source, tuple) and len(source) == 2:
+    if is_pair(source):
         if frame != 0:
             raise InputError(f"the molecule has one frame, 0: there is no frame {frame}.")
         xyz, values = (real_numbers(part, "molecule: a part of the pair").astype(float) for part in source)
@@ -191,6 +191,11 @@ def as_spheres(source: Any, frame: int, table: str) -> tuple[Any, int, np.ndarra
 def is_subset(source: Any) -> TypeGuard[Subset]:
     """Return whether the user gave a Subset; known by its attributes, so that its module need not be loaded."""
     return attribute(source, "weight") is not None and isinstance(attribute(source, "surface"), Surface)
+
+
+def is_pair(source: Any) -> TypeGuard[tuple[Any, Any]]:
+    """Return whether the user gave a pair, as of the centres and radii of spheres."""
+    return isinstance(source, tuple) and len(source) == 2
 
 
 def is_file_of_spheres(source: Any) -> bool:

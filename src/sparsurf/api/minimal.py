@@ -313,6 +313,7 @@ def recover_with_share(
 
 def _linked_dots(source: SurfaceLike, d_link: float) -> Surface:
     """Return the dots of all that `as_surface` takes, dense enough for `d_link`, Å."""
-    dots = as_surface(source, LENGTH.check(d_link, "d_link"))
+    d_link = LENGTH.check(d_link, "d_link")
+    dots = as_surface(source, d_link)
     refuse_sparse(dots.points, d_link, "surface")
     return dots

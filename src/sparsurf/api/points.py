@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import os
 import pickle
 from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
@@ -17,7 +18,7 @@ from sparsurf.api.parts import digest_of_arguments, forget_other_parts, part_fil
 from sparsurf.api.surfaces import placement
 from sparsurf.arguments import DENSITY_LIMITS, NUMBER_OF_DOTS, PROBE, SEED, Limits
 from sparsurf.errors import InputError
-from sparsurf.files import as_path, checksum_of_file, pluralise
+from sparsurf.files import as_path, checksum_of_file, pluralise, shorten
 from sparsurf.messages import kind_of_warning, listening
 from sparsurf.molecules.formats import STRUCTURES, stem, suffix, title
 from sparsurf.molecules.molecule import Molecule
@@ -391,13 +392,15 @@ def structures_in(folder: str | Path | Sequence[str | Path]) -> dict[str, Path]:
     if isinstance(folder, list | tuple):
         paths, where = [as_path(file) for file in folder], "the list of files"
         for path in paths:
-            if not path.is_file():
-                reason = "is a folder" if path.is_dir() else "does not exist"
-                raise InputError(f"{path} {reason}; give one folder, or a list of the files of structures.")
+            if not os.path.isfile(path):  # unlike that of a Path, for names of any length
+                reason = "is a folder" if os.path.isdir(path) else "does not exist"
+                raise InputError(
+                    f"{shorten(path)} {reason}; give one folder, or a list of the files of structures."
+                )
     else:
         one_folder = as_path(cast("str | Path", folder))
-        if not one_folder.is_dir():
-            raise InputError(f"{folder} is not a folder; name a folder of structures.")
+        if not os.path.isdir(one_folder):
+            raise InputError(f"{shorten(folder)} is not a folder; name a folder of structures.")
         by_name = sorted(one_folder.iterdir(), key=lambda path: (stem(path), path.name))
         paths = [path for path in by_name if suffix(path) in STRUCTURES and path.is_file()]
         where = str(folder)

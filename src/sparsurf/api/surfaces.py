@@ -21,6 +21,7 @@ from sparsurf.api.inputs import (
     has_atoms,
     is_file_of_dots,
     is_file_of_spheres,
+    is_pair,
     is_subset,
     opened_source,
 )
@@ -206,7 +207,10 @@ def components(
     source: Any = molecule if isinstance(molecule, Surface) else dots
     target = surface(molecule) if source is None else as_dots(source)
     if target.origin is not None:
-        if source is dots and not isinstance(molecule, tuple) and not is_file_of_spheres(molecule):
+        if source is dots and (is_pair(molecule) or is_file_of_spheres(molecule)):
+            spheres, frame, atom_radii = as_spheres(molecule, 0, "dms")
+            target.origin.refuse_spheres("components", spheres.xyz[frame], atom_radii)
+        elif source is dots:
             atoms = as_molecule(molecule)
             frame = min(target.origin.frame, atoms.n_frames - 1)
             target.origin.refuse_molecule("components", atoms, frame)

@@ -24,6 +24,7 @@ from sparsurf.arguments import (
 from sparsurf.errors import InputError
 from sparsurf.kinds import COVER, FARTHEST
 from sparsurf.settings import TAIL_PER_ERROR
+from sparsurf.suggestions import public
 
 # Å, mean error times dots per Å^2, from which a search for a density starts
 START_OF_HEAVY_ATOMS, START_WITH_HYDROGENS = 0.0125, 0.015
@@ -73,6 +74,7 @@ def start_density(error: float, hydrogens: bool) -> float:
     return (START_WITH_HYDROGENS if hydrogens else START_OF_HEAVY_ATOMS) / error
 
 
+@public()
 def density_for(
     error: float, *, hydrogens: bool = False, sampler: str = FARTHEST, model: str = AUTO
 ) -> float:
@@ -129,6 +131,7 @@ def density_for(
     )
 
 
+@public()
 def error_at(
     density: float, *, hydrogens: bool = False, sampler: str = FARTHEST, model: str = AUTO
 ) -> tuple[float, float]:

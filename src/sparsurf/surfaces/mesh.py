@@ -111,12 +111,15 @@ def build_mesh(
 def grid_around(points: np.ndarray, reach: float, step: float) -> tuple[np.ndarray, np.ndarray]:
     """Place a grid of at most `MAX_GRID_POINTS` that extends by `reach` Å beyond all points: its lowest corner and its shape."""
     low = points.min(axis=0) - reach - MARGIN_STEPS * step
-    shape = np.ceil((points.max(axis=0) + reach - low) / step).astype(np.int64) + MARGIN_STEPS + 1
-    if np.prod(shape.astype(float)) > MAX_GRID_POINTS:
+    with np.errstate(over="ignore"):  # of a step near 0
+        steps = np.ceil((points.max(axis=0) + reach - low) / step) + MARGIN_STEPS + 1
+        too_fine = np.prod(steps) > MAX_GRID_POINTS
+    if too_fine:
         raise InputError(
-            f"mesh: a grid of {step:g} Å would have {' x '.join(map(str, shape))} points, more than {MAX_GRID_POINTS:.0e}; "
-            "give a wider step, or a smaller density."
+            f"mesh: a grid of {step:g} Å would have {' x '.join(f'{n:.12g}' for n in steps)} points, more than "
+            f"{MAX_GRID_POINTS:.0e}; give a wider step, or a smaller density."
         )
+    shape = steps.astype(np.int64)
     needed, present = float(np.prod(shape)) * BYTES_PER_GRID_POINT, bytes_of_memory()
     if needed > present:
         raise InputError(

@@ -10,12 +10,14 @@ import numpy as np
 from sparsurf import kinds
 from sparsurf.errors import FILE, InputError, naming_file
 from sparsurf.files import decode_text, read_bytes
+from sparsurf.suggestions import public
 from sparsurf.surfaces.formats import csv
 from sparsurf.surfaces.surface import Surface, SurfaceFormat
 
 BYTES_TO_RECOGNISE = 100_000  # from the start of a file
 
 
+@public()
 def read_surface(path: Path | str) -> Surface:
     """Read the dots of a surface from a file.
 

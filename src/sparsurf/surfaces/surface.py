@@ -161,6 +161,14 @@ class SurfaceOrigin:
             remedy = remedy or "give their molecule and frame, or the pair (points, normals)"
             raise InputError(f"{function}: the dots were placed on other atoms; {remedy}.")
 
+    def refuse_spheres(self, function: str, xyz: np.ndarray, radii: np.ndarray) -> None:
+        """Raise InputError unless the dots lie on spheres at positions (A, 3) with radii (A,), Å."""
+        for given, placed in ((xyz, self.xyz), (radii, self.radii)):
+            if given.shape != placed.shape or not np.abs(given - placed).max() < MAX_ATOM_SHIFT:
+                raise InputError(
+                    f"{function}: the dots were placed on other spheres; give theirs, or the dots alone."
+                )
+
     def _has_labels_of(self, molecule: Molecule) -> bool:
         return (
             self.molecule is not None

@@ -30,6 +30,7 @@ CONFIG = ".config.json"  # in the ledger: the config file of the last run
 FOLDERS = ".folders"  # in the ledger: the same of each folder that jobs read
 LIBRARIES = ("numpy", "scipy", "mdtraj", "gemmi", "numba")  # that compute
 MOST_FILES, MOST_BYTES = 10_000, 10 * 2**30  # of a run whose files are all read before it continues
+MOST_BYTES_OF_PATH, MOST_BYTES_OF_NAME = 4096, 255  # on Linux and macOS at most
 MOST_LINES = 20  # about results that disagree in the same way; of more, their number is said
 TO_MAKE_AGAIN = "_SPARSURF_TO_MAKE_AGAIN"  # environment variable: a file of results that disagree, with a sentence for each
 MOST_CHARACTERS = 254  # of a part of the name of a file of Snakemake's metadata
@@ -51,13 +52,16 @@ class Record:
     time: float = field(default_factory=time.time)  # of two records of one output, the newer counts
     format: int = RECORD_FORMAT
 
-    def is_sound(self) -> bool:
-        """Return whether every part is of its type, as in a record that nobody has edited."""
+    def is_sound(self, run: Path) -> bool:
+        """Return whether every part is of its type and every output of the run, as in a record that nobody has edited."""
         texts = [self.outputs, self.inputs, self.versions]
         are_texts = all(
             isinstance(part, dict) and all(isinstance(text, str) for text in part.values()) for part in texts
         )
-        return are_texts and isinstance(self.config, dict) and isinstance(self.time, int | float)
+        if not (are_texts and isinstance(self.config, dict) and isinstance(self.time, int | float)):
+            return False
+        of_run = all(path.startswith(f"{run}/") and ".." not in path.split("/") for path in self.outputs)
+        return of_run and all(map(is_path, (*self.outputs, *self.inputs)))
 
     def write(self, path: Path) -> None:
         """Write the record, whole or not at all."""
@@ -140,6 +144,16 @@ def path_of_record(log: str | Path) -> Path | None:
     return None
 
 
+def is_path(text: str) -> bool:
+    """Return whether a disk may hold a file of this name."""
+    try:
+        name = os.fsencode(text)
+    except UnicodeEncodeError:
+        return False
+    parts = name.split(b"/")
+    return b"\0" not in name and len(name) < MOST_BYTES_OF_PATH and max(map(len, parts)) <= MOST_BYTES_OF_NAME
+
+
 def versions() -> dict[str, str]:
     """Return the versions of the libraries that compute."""
     found = {}
@@ -169,7 +183,7 @@ def read_records(run: Path) -> dict[Path, Record]:
             )
         with suppress(TypeError):
             record = Record(**content)
-            if record.is_sound():
+            if record.is_sound(run):
                 records[path] = record
     # by path among equal times, as disks list files in different orders and a later record takes the outputs of an earlier one
     return dict(sorted(records.items(), key=lambda item: (item[1].time, item[0])))

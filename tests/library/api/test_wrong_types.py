@@ -3,6 +3,7 @@
 import inspect
 import subprocess
 import sys
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -21,9 +22,21 @@ D_LINK = 1.6  # Å, for few dots
 FUNCTIONS = sorted(
     name for name in dir(sparsurf) if not name.startswith("_") and inspect.isfunction(getattr(sparsurf, name))
 )
+
+
+class Unshown:
+    """An object that no message can quote."""
+
+    def __repr__(self):
+        raise RuntimeError("no text")
+
+    __str__ = __format__ = __repr__
+
+
 WRONG = [
     True, -1, 1.5, float("nan"), b"x", "", [], [1, 2], {"a": 1}, np.array(1.0), np.array([]), np.array([1.0, 2.0]),
-    np.ones((2, 3)), np.array(True), np.array([None]), object(), len, 1j, Path("x"),
+    np.ones((2, 3)), np.array(True), np.array([None]), object(), len, 1j, Path("x"), Fraction(1, 100), 5e-324, "x" * 5000,
+    [[1], [1, 2]], Unshown(),
 ]  # fmt: skip
 
 
@@ -60,7 +73,7 @@ def test_no_function_fails_from_inside(molecule, tmp_path, monkeypatch, name):
             except InputError as error:
                 assert str(error).endswith((".", "?"))
             except Exception as error:
-                pytest.fail(f"{argument}={value!r}: {error!r}")
+                pytest.fail(f"{argument} of the type {type(value).__name__}: {error!r}")
 
 
 @pytest.mark.parametrize(
@@ -78,6 +91,9 @@ def test_no_function_fails_from_inside(molecule, tmp_path, monkeypatch, name):
         (lambda m, d: sparsurf.sample(d, surface=d), "surface is given twice"),
         (lambda m, d: sparsurf.roughness(), "roughness needs surface"),
         (lambda m, d: sparsurf.write(d.to_frame(), "a.csv", frame=2), "frame=2 is that of"),
+        (lambda m, d: sparsurf.components((m.xyz[0] * np.nan, np.ones(m.n_atoms)), d), "placed on other spheres"),
+        (lambda m, d: sparsurf.components((d.origin.xyz, d.origin.radii + 0.1), d), "placed on other spheres"),
+        (lambda m, d: sparsurf.components((), d), "a tuple is not a molecule"),
         (lambda m, d: sparsurf.fields(d, "hydropathy", charges="none"), "charges: they are those of the field potential"),
     ],
 )  # fmt: skip

@@ -95,3 +95,18 @@ def test_garbage_is_collected_rarely_in_the_process_of_a_command_alone(words, is
     code += f"try:\n    main({words})\nexcept SystemExit:\n    print(gc.get_threshold() == before)\n"
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert run.stdout.splitlines()[-1] == str(not is_own_process)
+
+
+def test_an_interrupt_while_modules_load_is_one_line():
+    code = """
+import sys
+from sparsurf.__main__ import main
+class Interrupting:
+    def find_spec(name, *_):
+        if name == "sparsurf.garbage":  # one of those that the command needs
+            raise KeyboardInterrupt
+sys.meta_path.insert(0, Interrupting)
+sys.exit(main())
+"""
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert (run.returncode, run.stderr) == (130, "sparsurf: interrupted\n")

@@ -318,6 +318,13 @@ def test_results_of_a_version_without_records_are_told_once_and_made_again(folde
         '{"rule": "x"}',
         '{"rule": "x", "outputs": [], "unknown": 1}',
         '{"rule": "x", "outputs": {"a": 1}}',
+        '{"rule": "x", "outputs": {"/etc/passwd": "0"}}',
+        '{"rule": "x", "outputs": {"in.csv": "0"}}',
+        '{"rule": "x", "outputs": {"results/r/../../in.csv": "0"}}',
+        *(
+            json.dumps({"rule": "x", "outputs": {"results/r/p/frames.csv": "0"}, "inputs": {name: "0"}})
+            for name in ("a\0", "a" * 5000, "a/" * 3000, "\ud800")
+        ),
     ],
 )
 def test_a_damaged_record_is_none(folder, damage):
