@@ -111,14 +111,15 @@ def test_the_commands_and_the_python_of_the_readme_do_what_they_say(folder, tmp_
     assert b"(1024, 3)" in said.stdout
 
 
-def test_the_readme_is_short():
-    text = re.sub(
-        r"(?s)<!--.*?-->|^```.*?^```|\]\(.*?\)",
-        "",
-        (ROOT / "README.md").read_text(encoding="utf-8"),
-        flags=re.M,
-    )
-    assert len(re.sub(r"\||-{3,}|<img.*?>", " ", text).split()) <= 900
+def test_the_readme_and_the_book_are_short():
+    hidden = r"(?s)<!--.*?-->|^```.*?^```|\]\(.*?\)"
+
+    def words(page):
+        text = re.sub(hidden, "", page.read_text(encoding="utf-8"), flags=re.M)
+        return len(re.sub(r"\||-{3,}|<img.*?>", " ", text).split())
+
+    assert words(ROOT / "README.md") <= 900
+    assert sum(map(words, ROOT.glob("docs/*.md"))) <= 22_000
 
 
 def test_its_study_is_one(folder, monkeypatch):
