@@ -83,6 +83,8 @@ R_PATCH = 4.0  # Å, of roughness and sampling; authors' scripts
 R_ZERNIKE = 6.0  # Å, of the descriptors; paper, Materials and Methods
 D_LINK = 0.5  # Å, below which dots are linked; authors' scripts
 STRIDE = Limits(0, whole=True)
+RANK, RANK_BY = "roughness", "sd"  # by what the residues of a trajectory are ranked without a request
+RANKINGS = ("sd", "range")  # over its frames: standard deviation, or the highest minus the lowest value
 PLDDT = Limits(0, 100, open_low=False)
 
 

@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from sparsurf.api.about import About
+from sparsurf.api.frames import FramesRequest, frames_request, residues_of_frame
 from sparsurf.api.origin import rows_of_origin
-from sparsurf.arguments import D_LINK, PROBE_RADIUS
-from sparsurf.errors import InputError
+from sparsurf.arguments import D_LINK
+from sparsurf.errors import InputError, argument
 from sparsurf.evaluation.frames import surface_of_frame
 from sparsurf.files import pluralise
 from sparsurf.molecules.conformations import superpose
@@ -27,6 +28,9 @@ from sparsurf.surfaces.surface import Placement
 from sparsurf.threads import available_cores, parallel_map
 
 if TYPE_CHECKING:
+    import pandas as pd
+
+    from sparsurf.dot_fields.registry import FieldLike
     from sparsurf.molecules.molecule import Molecule
     from sparsurf.views.explorer.shapes import Shape
 
@@ -39,8 +43,7 @@ class ShownFrame(NamedTuple):
     """What a page shows of a frame."""
 
     shape: Shape
-    area: np.ndarray  # (R,) Å^2, of the residues
-    roughness: np.ndarray  # (R,), NaN where a residue has no surface
+    residues: pd.DataFrame  # numbers of its residues, NaN where one has none
 
 
 def shown_positions(n_frames: int) -> np.ndarray:
@@ -50,8 +53,25 @@ def shown_positions(n_frames: int) -> np.ndarray:
     return np.arange(0, n_frames, math.ceil(n_frames / MAX_FRAMES))
 
 
+def ranked_frames(
+    rank: FieldLike | None, rank_by: str | None, shows_frames: bool, rules: Placement
+) -> FramesRequest:
+    """Return what a page requests of frames; raise InputError for a wrong ranking, or one of a page without frames."""
+    for name, given in (("rank", rank), ("rank_by", rank_by)):
+        if given is not None and not shows_frames:
+            raise InputError(
+                f"{argument(name)} ranks residues by how much they change over the frames of a trajectory; give a trajectory "
+                f"without a frame, or leave {argument(name)} out."
+            )
+    return frames_request(NAME_IN_ERRORS, rules, (), rank, rank_by)
+
+
 def page_of_frames(
-    molecule: Molecule, about: About, trajectory: str, say: Callable[[str], None] = lambda text: None
+    molecule: Molecule,
+    about: About,
+    trajectory: str,
+    request: FramesRequest,
+    say: Callable[[str], None] = lambda text: None,
 ) -> str:
     """Return the page of a molecule with several frames; `say` takes what is said of them before the work.
 
@@ -60,6 +80,7 @@ def page_of_frames(
     molecule : Molecule with at least two frames
     about : what the page says besides the frames
     trajectory : name of the file of the frames
+    request : what is requested of the frames, for the ranking of residues
     say : called with a sentence on the frames and the time that they take
     """
     from sparsurf.views.explorer.shapes import atoms_to_draw
@@ -68,13 +89,14 @@ def page_of_frames(
     positions = shown_positions(molecule.n_frames)
     atoms, trace, _ = atoms_to_draw(molecule)
     drawn = superposed(molecule.xyz[positions], atoms[trace[trace >= 0]] if (trace >= 0).sum() > 2 else atoms)
-    atom_radii, rules = radii(molecule), Placement()
+    atom_radii, rules = radii(molecule, request.rules.radii), request.rules
     density = density_for_d_link(molecule, 0, atom_radii, rules, D_LINK, NAME_IN_ERRORS)
     rules = replace(rules, density=density)  # of all frames
+    request = request._replace(rules=rules)
 
     def frame_at(k: int) -> ShownFrame:
         """Compute the surface of a frame, and reduce it to what the page shows."""
-        return shown_frame(molecule, int(positions[k]), drawn[k], atoms, atom_radii, rules)
+        return shown_frame(molecule, int(positions[k]), drawn[k], atoms, atom_radii, request)
 
     begin = time.monotonic()
     frames = [frame_at(0)]
@@ -92,8 +114,8 @@ def page_of_frames(
         trajectory,
         molecule,
         [frame.shape for frame in frames],
-        np.array([frame.area for frame in frames]),
-        np.array([frame.roughness for frame in frames]),
+        {str(name): np.array([frame.residues[name] for frame in frames]) for name in frames[0].residues},
+        (request.ranked_column, request.rank_by),
         [label_of_frame(molecule, int(k)) for k in positions],
         about.heard.sentences if about.heard else (),
         about.heard.left_out if about.heard else None,
@@ -122,17 +144,16 @@ def shown_frame(
     drawn: np.ndarray,
     atoms: np.ndarray,
     atom_radii: np.ndarray,
-    rules: Placement,
+    request: FramesRequest,
 ) -> ShownFrame:
     """Compute what a page shows of a frame: its surface as triangles at the positions `drawn`, (A, 3), and its residues."""
     from sparsurf.views.explorer.shapes import MERGED_CELL, Shape, reduced
 
-    settings = Settings().model_copy(update={"surface": rules})
+    settings = Settings().model_copy(update={"surface": request.rules})
     frame = surface_of_frame(molecule, position, atom_radii, settings, Streams(name=NAME_IN_ERRORS))
+    probe, cavities = request.rules.probe_radius, request.rules.cavities
     try:
-        mesh = molecular_mesh(
-            drawn.round(3), atom_radii, PROBE_RADIUS, widest_step(PROBE_RADIUS), 1, rules.cavities
-        )
+        mesh = molecular_mesh(drawn.round(3), atom_radii, probe, widest_step(probe), 1, cavities)
     except InputError as error:
         raise InputError(
             f"{NAME_IN_ERRORS}, frame {int(molecule.frame_number[position])}: {error.args[0]}"
@@ -140,9 +161,9 @@ def shown_frame(
     shape = Shape(
         mesh.vertices.points, mesh.triangles, molecule.residue_index[mesh.vertices.atom], drawn[atoms]
     )
-    dots = frame.surface
-    area = np.bincount(molecule.residue_index[dots.atom], dots.area, molecule.n_residues)
-    return ShownFrame(reduced(shape, MERGED_CELL)[0], area, frame.roughness_by_residue())
+    columns = dict.fromkeys(("area", "mean_roughness", request.ranked_column))
+    residues = residues_of_frame(frame, request, atom_radii, [*columns])
+    return ShownFrame(reduced(shape, MERGED_CELL)[0], residues)
 
 
 def label_of_frame(molecule: Molecule, position: int) -> str:

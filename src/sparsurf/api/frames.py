@@ -1,9 +1,9 @@
-"""The surface of every frame of a trajectory as two tables: of residues in frames, and of frames."""
+"""The surface of every frame of a trajectory as tables: of residues in frames, of frames, and of ranked residues."""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -21,14 +21,21 @@ from sparsurf.api.parts import (
     write_part,
 )
 from sparsurf.api.points import JOBS
-from sparsurf.api.replacing import FRAME_COLUMNS, beside_frames, path_of_frames, refuse_replacing
+from sparsurf.api.replacing import (
+    COLUMNS_OF_RANKING,
+    FRAME_COLUMNS,
+    beside_frames,
+    path_of_frames,
+    refuse_replacing,
+)
 from sparsurf.api.surfaces import placement
 from sparsurf.api.writing import parse_output, write_file
-from sparsurf.arguments import PROBE, STRIDE
+from sparsurf.arguments import PROBE, RANK, RANK_BY, RANKINGS, STRIDE, check_choice
 from sparsurf.dot_fields.depth import depth_below, depth_of_residues
 from sparsurf.dot_fields.registry import FieldLike, compute_fields, names_of_fields
-from sparsurf.errors import InputError, naming_file
-from sparsurf.evaluation.frames import surface_of_frame
+from sparsurf.errors import InputError, argument, naming_file
+from sparsurf.evaluation.frames import FrameSurface, surface_of_frame
+from sparsurf.evaluation.ranking import rank_residues
 from sparsurf.evaluation.residues import residue_table
 from sparsurf.files import import_pyarrow
 from sparsurf.molecules.molecule import Molecule
@@ -39,7 +46,7 @@ from sparsurf.patches.index import D_LINK
 from sparsurf.progress import Progress
 from sparsurf.settings import Settings
 from sparsurf.streams import Streams
-from sparsurf.suggestions import public
+from sparsurf.suggestions import did_you_mean, public
 from sparsurf.surfaces.components import columns_of_components, summarize_components, without_cavities
 from sparsurf.surfaces.molecular_surface import RolledFrame
 from sparsurf.surfaces.radii import PROBE_RADIUS
@@ -55,6 +62,9 @@ FORMATS = kinds.suffixes("frames")
 FRAMES_PER_PART = 10  # that are stored together, and computed again after a stop
 OF_FRAMES = ("xyz", "time_ps", "frame_number")  # arrays of a molecule with a row for each frame
 RESIDUE_COLUMNS = ("area", "mean_roughness", "depth")
+RANKED_QUANTITIES = tuple(
+    name.removeprefix("mean_") for name in RESIDUE_COLUMNS
+)  # by which residues are ranked without a field
 
 
 class FrameTables(NamedTuple):
@@ -64,10 +74,12 @@ class FrameTables(NamedTuple):
     ----------
     residues : DataFrame, one row per residue in each frame
     frames : DataFrame, one row per frame
+    ranking : DataFrame, one row per residue, with the one that changes most first
     """
 
     residues: pd.DataFrame
     frames: pd.DataFrame
+    ranking: pd.DataFrame
 
 
 class FramesRequest(NamedTuple):
@@ -75,11 +87,23 @@ class FramesRequest(NamedTuple):
 
     rules: Placement
     fields: tuple[FieldLike, ...]
+    rank: str = RANK  # name of the quantity by which residues are ranked
+    rank_by: str = RANK_BY
 
     @property
     def names(self) -> list[str]:
         """Names of the columns of the fields."""
         return [f"mean_{name}" for name in names_of_fields(self.fields)]
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Names of the columns of numbers of the table of residues."""
+        return (*RESIDUE_COLUMNS, *self.names)
+
+    @property
+    def ranked_column(self) -> str:
+        """Name of the column by which residues are ranked."""
+        return self.rank if self.rank in RESIDUE_COLUMNS else f"mean_{self.rank}"
 
 
 class Part(NamedTuple):
@@ -100,9 +124,13 @@ def frames(
     probe_radius: float = PROBE_RADIUS,
     radii: str = "dms",
     cavities: str = "keep",
+    rank: FieldLike = RANK,
+    rank_by: str = RANK_BY,
     jobs: int = 1,
 ) -> FrameTables | None:
     """Measure the surface of every frame of a trajectory: area, roughness, depth and fields of each residue.
+
+    The residues are also ranked by how much one of these changes from frame to frame.
 
     Parameters
     ----------
@@ -111,9 +139,9 @@ def frames(
     trajectory : path, optional
         Trajectory that belongs to the structure `molecule`.
     path : str or Path, optional
-        File in .parquet or .csv for the table of residues; that of frames is written next to it, as run_frames.csv next to
-        run.csv, where it replaces only such a table. A call that was stopped continues from the frames that were finished,
-        unless a field is a function of your own, and writes the same bytes. Parquet needs pyarrow.
+        File in .parquet or .csv for the table of residues; the other two are written next to it, as run_frames.csv and
+        run_ranking.csv next to run.csv, where they replace only such tables. A call that was stopped continues from the frames
+        that were finished, unless a field is a function of your own, and writes the same bytes. Parquet needs pyarrow.
     stride : int
         Measure every stride-th frame (default 1, all frames).
     fields : str, callable, or sequence of these
@@ -124,6 +152,11 @@ def frames(
         Table of atomic radii (default 'dms').
     cavities : {'keep', 'remove'}
         Whether the walls of closed cavities inside the molecule count (default 'keep').
+    rank : str or callable
+        What the residues are ranked by: 'roughness' (the default), 'area', 'depth', or any field, which is measured as well if
+        `fields` leaves it out. Areas rank large residues first, since these have more area that can change.
+    rank_by : {'sd', 'range'}
+        Whether the standard deviation over the frames counts, or the highest minus the lowest value (default 'sd').
     jobs : int
         Number of processes (default 1); the results do not depend on it.
 
@@ -133,8 +166,11 @@ def frames(
         `residues`, with a row for each residue in each frame: frame (its position in the file, from 0), time_ps (NaN where the
         file has no times), chain, residue, residue_name, area (Å^2), mean_roughness (1 is flat, 0 is rough; NaN where the
         residue is buried), depth (Å) and the mean of each field. `frames`, with a row for each frame: frame, time_ps, area
-        (Å^2), volume (Å^3), components, cavities, dots and mean_roughness. None if `path` is given: memory then does not grow
-        with the number of frames.
+        (Å^2), volume (Å^3), components, cavities, dots and mean_roughness. `ranking`, with a row for each residue, the one that
+        changes most first: chain, residue, residue_name, quantity (the column of `residues` that it is ranked by), and mean, sd
+        (standard deviation; NaN of fewer than two values), lowest, highest and range of that column over the frames in which it
+        has a value, of which there are `frames`: a buried residue has no roughness. None if `path` is given: memory then does
+        not grow with the number of frames.
 
     Raises
     ------
@@ -154,12 +190,12 @@ def frames(
     [[0.0, 4560.0], [500.0, 4305.0], [1000.0, 4239.0]]
     >>> len(tables.residues), list(tables.residues)[:4]
     (183, ['frame', 'time_ps', 'chain', 'residue'])
+    >>> tables.ranking[["residue_name", "residue", "frames"]].to_numpy().tolist()[:2]
+    [['ILE', '257', 3], ['ALA', '230', 2]]
     """
     stride, jobs = STRIDE.check(stride, "stride"), JOBS.check(jobs, "jobs")
     rules = placement(PROBE.check(probe_radius, "probe_radius"), "auto", radii, cavities)
-    request = FramesRequest(rules, check_fields(fields, "frames", of_residues=True))
-    for field in request.fields:
-        kinds.load("field", field, "fields")
+    request = frames_request("frames", rules, fields, rank, rank_by)
     if path is not None:
         parse_output(path, FORMATS)
         refuse_replacing(path, (molecule, trajectory), beside_frames(path))
@@ -175,14 +211,63 @@ def frames(
     if path is None:
         import pandas as pd  # here: it takes long to load
 
-        tables = [_tables(atoms, request, *part) for part in _parts(atoms, request, jobs)]
-        return FrameTables(*(pd.concat(parts, ignore_index=True) for parts in zip(*tables, strict=True)))
+        parts = [*_parts(atoms, request, jobs)]
+        tables = zip(*(_tables(atoms, request, *part) for part in parts), strict=True)
+        residues, of_frames = (pd.concat(column, ignore_index=True) for column in tables)
+        return FrameTables(residues, of_frames, _ranking(atoms, request, lambda: (part for part, _ in parts)))
     write_frames(atoms, request, path, jobs)
     return None
 
 
-def write_frames(molecule: Molecule, request: FramesRequest, path: str | Path, jobs: int) -> tuple[int, int]:
-    """Write the tables of all frames, and return how many frames there are, and how many of them were finished before.
+def frames_request(
+    function: str,
+    rules: Placement,
+    fields: FieldLike | Sequence[FieldLike],
+    rank: FieldLike | None,
+    rank_by: str | None,
+) -> FramesRequest:
+    """Return what is requested of every frame, with the ranked field; raise InputError, in the name of a function, if wrong.
+
+    Without a `rank`, residues are ranked by their roughness, and without `rank_by` by its standard deviation.
+    """
+    rank, rank_by = RANK if rank is None else rank, RANK_BY if rank_by is None else rank_by
+    check_choice(rank_by, RANKINGS, "rank_by")
+    chosen = check_fields(fields, function, of_residues=True)
+    if not isinstance(rank, str) or rank not in RANKED_QUANTITIES:
+        if not callable(rank) and not kinds.has("field", rank):
+            listed = (*RANKED_QUANTITIES, *kinds.names("field"))
+            hint = did_you_mean(str(rank), listed) or f"; give one of {', '.join(listed)}."
+            raise InputError(f"{argument('rank')} is {rank!r}, which is neither a column nor a field{hint}")
+        name = kinds.name_of("field", rank, "rank")
+        chosen = chosen if name in names_of_fields(chosen) else (*chosen, *check_fields(rank, function, True))
+        rank = name
+    for field in chosen:
+        kinds.load("field", field, "fields")
+    return FramesRequest(rules, chosen, rank, rank_by)
+
+
+def _ranking(molecule: Molecule, request: FramesRequest, parts: Callable[[], Iterator[Part]]) -> pd.DataFrame:
+    """Return the table of ranked residues of all frames, which `parts` yields whenever it is called."""
+    column = request.columns.index(request.ranked_column)
+    table = rank_residues(
+        molecule.residues,
+        request.ranked_column,
+        request.rank_by,
+        lambda: (part.residues[:, :, column] for part in parts()),
+    )
+    return table[[*COLUMNS_OF_RANKING]].reset_index(drop=True)
+
+
+class Written(NamedTuple):
+    """What `write_frames` has written: how many frames, those of them that were finished before, and the ranked residues."""
+
+    n_frames: int
+    n_before: int
+    ranking: pd.DataFrame
+
+
+def write_frames(molecule: Molecule, request: FramesRequest, path: str | Path, jobs: int) -> Written:
+    """Write the tables of all frames.
 
     The numbers of some frames at a time are stored in a hidden folder next to the tables, which is deleted at the end.
     """
@@ -196,14 +281,20 @@ def write_frames(molecule: Molecule, request: FramesRequest, path: str | Path, j
             parts.append((file, first))
             done_before += was_there
 
-        def tables() -> Iterator[FrameTables]:
+        def tables(column: int) -> Iterator[pd.DataFrame]:
+            """Yield the tables of residues, 0, or of frames, 1, of each part."""
             for file, first in parts:
-                yield _tables(molecule, request, _read_part(file), first)
+                yield _tables(molecule, request, _read_part(file), first)[column]
 
-        for output, column in ((path, 0), (path_of_frames(path), 1)):
-            writers = {name: _writer(name, (pair[column] for pair in tables())) for name in FORMATS}
-            write_file(output, FORMATS, writers)
-    return molecule.n_frames, done_before
+        ranking = _ranking(molecule, request, lambda: (_read_part(file) for file, _ in parts))
+        outputs = {
+            path: lambda: tables(0),
+            path_of_frames(path): lambda: tables(1),
+            path_of_frames(path, "ranking"): lambda: iter([ranking]),
+        }
+        for output, of_output in outputs.items():
+            write_file(output, FORMATS, {name: _writer(name, of_output()) for name in FORMATS})
+    return Written(molecule.n_frames, done_before, ranking)
 
 
 def _every(molecule: Molecule, stride: int) -> Molecule:
@@ -223,22 +314,31 @@ def part_of_frames(molecule: Molecule, request: FramesRequest, first: int, last:
     rows, tables = [], []
     for position in range(first, last):
         frame = surface_of_frame(molecule, position, atom_radii, settings, Streams(name="frames"), threads)
-        xyz, surface = molecule.xyz[position].round(3), frame.surface
-        origin = SurfaceOrigin.of_atoms(molecule, position, xyz, request.rules, D_LINK, atom_radii)
-        values = {}
-        if request.fields:
-            placed = replace(surface, origin=origin)
-            computed = compute_fields(request.fields, molecule.frame(position), surface.points, dots=placed)
-            values = {str(name): computed[name].to_numpy() for name in computed}
-        table = residue_table(
-            replace(surface, fields=values), frame.prepared.roughness, molecule, cavity=frame.cavity
-        )
-        table["depth"] = _depth(frame.rolled.surface(DENSITY), frame.rolled, molecule, xyz)
-        parts = summarize_components(columns_of_components(surface, frame.component))
-        columns = frame.columns | parts | {"dots": len(surface)}
+        table = residues_of_frame(frame, request, atom_radii, request.columns)
+        parts = summarize_components(columns_of_components(frame.surface, frame.component))
+        columns = frame.columns | parts | {"dots": len(frame.surface)}
         rows.append([columns[name] for name in FRAME_COLUMNS])
-        tables.append(table[[*RESIDUE_COLUMNS, *request.names]].to_numpy(float))
+        tables.append(table.to_numpy(float))
     return Part(np.array(rows, float), np.array(tables))
+
+
+def residues_of_frame(
+    frame: FrameSurface, request: FramesRequest, atom_radii: np.ndarray, columns: Sequence[str]
+) -> pd.DataFrame:
+    """Return some of the columns of the table of residues of one frame."""
+    molecule, position, surface = frame.molecule, frame.position, frame.surface
+    xyz, values = molecule.xyz[position].round(3), {}
+    if request.fields:
+        origin = SurfaceOrigin.of_atoms(molecule, position, xyz, request.rules, D_LINK, atom_radii)
+        placed = replace(surface, origin=origin)
+        computed = compute_fields(request.fields, molecule.frame(position), surface.points, dots=placed)
+        values = {str(name): computed[name].to_numpy() for name in computed}
+    table = residue_table(
+        replace(surface, fields=values), frame.prepared.roughness, molecule, cavity=frame.cavity
+    )
+    if "depth" in columns:
+        table["depth"] = _depth(frame.rolled.surface(DENSITY), frame.rolled, molecule, xyz)
+    return table[[*columns]]
 
 
 def _depth(dots: Surface, rolled: RolledFrame, molecule: Molecule, xyz: np.ndarray) -> np.ndarray:
@@ -329,8 +429,10 @@ def _measured(
     yield from in_processes(_part_in_process, bounds, jobs, PARTS_PER_JOB, _share, (molecule, request))
 
 
-def _tables(molecule: Molecule, request: FramesRequest, part: Part, first: int) -> FrameTables:
-    """Return the tables of a part whose first frame is at position `first`."""
+def _tables(
+    molecule: Molecule, request: FramesRequest, part: Part, first: int
+) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Return the tables of residues and of frames of a part whose first frame is at position `first`."""
     import pandas as pd
 
     n, n_residues = part.residues.shape[:2]
@@ -339,11 +441,11 @@ def _tables(molecule: Molecule, request: FramesRequest, part: Part, first: int) 
     labels = molecule.residues
     of_residues: dict[str, Any] = {name: np.repeat(values, n_residues) for name, values in head.items()}
     of_residues |= {str(name): np.tile(labels[name].to_numpy(str), n) for name in labels}
-    names = (*RESIDUE_COLUMNS, *request.names)
+    names = request.columns
     of_residues |= dict(zip(names, part.residues.reshape(-1, len(names)).T, strict=True))
     of_frames: dict[str, Any] = head | dict(zip(FRAME_COLUMNS, part.frames.T, strict=True))
     of_frames |= {name: of_frames[name].astype(np.int64) for name in ("components", "cavities", "dots")}
-    return FrameTables(pd.DataFrame(of_residues), pd.DataFrame(of_frames))
+    return pd.DataFrame(of_residues), pd.DataFrame(of_frames)
 
 
 def _writer(suffix: str, tables: Iterator[pd.DataFrame]) -> Any:

@@ -6,6 +6,7 @@ import gzip
 import os
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,13 @@ COLUMNS_OF_MSMS = {".vert": (9, 10), ".face": (5,)}
 OWN_PAGE = b'<meta name="generator" content="sparsurf '
 FRAME_COLUMNS = ("area", "volume", "components", "cavities", "dots", "mean_roughness")
 COLUMNS_OF_FRAMES = ("frame", "time_ps", *FRAME_COLUMNS)  # of the table of frames
+COLUMNS_OF_CHANGES = ("quantity", "frames", "mean", "sd", "lowest", "highest", "range")
+COLUMNS_OF_RANKING = (
+    "chain",
+    "residue",
+    "residue_name",
+    *COLUMNS_OF_CHANGES,
+)  # of the table of ranked residues
 
 
 def refuse_replacing(
@@ -69,9 +77,9 @@ def path_of_faces(path: str | Path) -> Path | None:
     return None
 
 
-def path_of_frames(path: str | Path) -> Path:
-    """Return the path of the table of frames, next to that of residues: run_frames.csv for run.csv."""
-    name = re.sub(r"(\.(?:csv|parquet)(?:\.gz)?)$", r"_frames\1", Path(path).name, flags=re.IGNORECASE)
+def path_of_frames(path: str | Path, table: str = "frames") -> Path:
+    """Return the path of the table of 'frames' or the 'ranking', next to that of residues: run_frames.csv for run.csv."""
+    name = re.sub(r"(\.(?:csv|parquet)(?:\.gz)?)$", rf"_{table}\1", Path(path).name, flags=re.IGNORECASE)
     return Path(path).with_name(name)
 
 
@@ -91,8 +99,11 @@ def beside_mesh(path: str | Path) -> Companions:
 
 
 def beside_frames(path: str | Path) -> Companions:
-    """Return the file of the table of frames; one with the columns of such a table may be replaced."""
-    return {path_of_frames(path): _is_table_of_frames}
+    """Return the files of the tables of frames and of ranked residues; one with the columns of such a table may be replaced."""
+    return {
+        path_of_frames(path): partial(_has_columns, columns=COLUMNS_OF_FRAMES),
+        path_of_frames(path, "ranking"): partial(_has_columns, columns=COLUMNS_OF_RANKING),
+    }
 
 
 def is_own_page(path: Path) -> bool:
@@ -123,14 +134,14 @@ def head(path: Path) -> bytes:
         return GZIP
 
 
-def _is_table_of_frames(path: Path) -> bool:
-    """Return whether a CSV or a Parquet file has the columns of a table of frames."""
+def _has_columns(path: Path, columns: tuple[str, ...]) -> bool:
+    """Return whether a CSV or a Parquet file has the columns of a table."""
     if not path.name.lower().endswith(".parquet"):
-        return head(path).split(b"\n")[0].strip() == ",".join(COLUMNS_OF_FRAMES).encode()
+        return head(path).split(b"\n")[0].strip() == ",".join(columns).encode()
     from sparsurf.files import import_pyarrow  # here, as in the function: only such files need it
 
     pyarrow = import_pyarrow()
     try:
-        return tuple(pyarrow.parquet.read_schema(path).names) == COLUMNS_OF_FRAMES
+        return tuple(pyarrow.parquet.read_schema(path).names) == columns
     except (OSError, pyarrow.ArrowInvalid):
         return False

@@ -14,7 +14,7 @@ import numpy as np
 
 from sparsurf.api.about import About, Heard, heard
 from sparsurf.api.fields import labelled
-from sparsurf.api.frame_pages import page_of_frames
+from sparsurf.api.frame_pages import page_of_frames, ranked_frames
 from sparsurf.api.inputs import SurfaceLike, as_molecule, has_atoms, is_subset, opened_source
 from sparsurf.api.pages import page_of_surface
 from sparsurf.api.replacing import refuse_replacing
@@ -35,8 +35,11 @@ from sparsurf.molecules.formats import title
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.molecules.source import Source
 from sparsurf.suggestions import public
+from sparsurf.surfaces.surface import Placement
 
 if TYPE_CHECKING:
+    from sparsurf.api.frames import FramesRequest
+    from sparsurf.dot_fields.registry import FieldLike
     from sparsurf.surfaces.mesh import Mesh
 
 log = logging.getLogger("sparsurf")
@@ -51,6 +54,8 @@ def show(
     *,
     trajectory: str | Path | None = None,
     frame: int | None = None,
+    rank: FieldLike | None = None,
+    rank_by: str | None = None,
     open_browser: bool = True,
 ) -> View:
     """Show a molecule or a surface as one page, and open it in the browser where there is one.
@@ -74,6 +79,10 @@ def show(
     frame : int, optional
         Position of the one frame of the molecule that is shown, or of the model, from 0. By default all frames of a trajectory
         are shown, and the first frame of anything else.
+    rank : str or callable, optional
+        What the residues of a trajectory are ranked by, as in `frames`: 'roughness' (the default), 'area', 'depth' or any field.
+    rank_by : {'sd', 'range'}, optional
+        Whether the standard deviation over the frames counts (the default), or the highest minus the lowest value.
     open_browser : bool
         Whether the page is opened in the browser (default True). It never is in a notebook, which shows the page itself, and
         where there is no display.
@@ -105,7 +114,8 @@ def show(
     if path is not None:
         parse_output(path, PAGE_ENDINGS)
         refuse_replacing(path, (source, trajectory))
-    view = View(_page_to_show(source, trajectory, frame))
+    request = ranked_frames(rank, rank_by, trajectory is not None and frame is None, Placement())
+    view = View(_page_to_show(source, trajectory, frame, request))
     if path is not None:
         write_page(path, view.html)
     if open_browser and not in_notebook() and has_display():
@@ -146,14 +156,17 @@ def _page_of_result(result: Any, values: Any) -> str:
     return page_of_surface(dots, about, values=numbers)
 
 
-def _page_to_show(source: Any, trajectory: str | Path | None, frame: int | None) -> str:
-    """Return the page of what the user gave."""
+def _page_to_show(
+    source: Any, trajectory: str | Path | None, frame: int | None, request: FramesRequest
+) -> str:
+    """Return the page of what the user gave; `request` is what is requested of frames."""
     source = opened_source(source)
     if trajectory is not None and frame is None and isinstance(source, Source) and has_atoms(source):
         with heard(source) as messages:
             molecule = read_molecule(source, trajectory)
         if molecule.n_frames > 1:
-            return page_of_frames(molecule, _about(source, messages, trajectory, None), Path(trajectory).name)
+            about = _about(source, messages, trajectory, None)
+            return page_of_frames(molecule, about, Path(trajectory).name, request)
     return page_of_surface(*surface_to_show(source, trajectory, 0 if frame is None else frame))
 
 

@@ -1,6 +1,9 @@
 """`sparsurf frames`: area, roughness and fields of the residues in every frame of a trajectory."""
 
+from __future__ import annotations
+
 import argparse
+from typing import TYPE_CHECKING
 
 from sparsurf import kinds
 from sparsurf.api.points import JOBS
@@ -10,15 +13,22 @@ from sparsurf.cli import options, outputs
 from sparsurf.files import pluralise
 from sparsurf.molecules.formats import TOPOLOGY_LABELS
 
+if TYPE_CHECKING:
+    import pandas as pd
+
 FORMATS = kinds.suffixes("frames")
+N_REPORTED = 5  # residues that change most
 EXAMPLES = """\
 FILE is the structure of the trajectory, or a file with several models. The
 table has a row for each residue in each frame: frame (its position in the
 file, from 0), time_ps, chain, residue, residue_name, area (Å^2),
 mean_roughness (1 is flat, 0 is rough; blank for a buried residue), depth (Å)
-and the mean of each field. A second table, run_frames.csv next to run.csv,
-has a row for each frame: area (Å^2), volume (Å^3), components, cavities, dots
-and mean_roughness. It replaces only such a table.
+and the mean of each field. Two more tables are written next to run.csv, where
+they replace only such tables. run_frames.csv has a row for each frame: area
+(Å^2), volume (Å^3), components, cavities, dots and mean_roughness.
+run_ranking.csv has a row for each residue, and the residue whose roughness
+changes most over the frames comes first; --rank and --rank-by choose another
+column or field, and the range in place of the standard deviation.
 
 A run that was stopped continues when the same command is given again, and
 writes the same bytes. Memory does not grow with the number of frames. Parquet
@@ -27,6 +37,7 @@ needs pyarrow.
 examples:
   sparsurf frames protein.pdb --trajectory run.xtc -o run.csv
   sparsurf frames protein.pdb --trajectory run.xtc --jobs 4 -o run.parquet
+  sparsurf frames protein.pdb --trajectory run.xtc --rank area -o run.csv
   sparsurf frames models.pdb --fields hydropathy -o models.csv
 """
 
@@ -38,11 +49,12 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help=f"structure of the trajectory (also {TOPOLOGY_LABELS}), or a file with several models",
     )
-    text = f"file to write ({' '.join(FORMATS)}); the table of frames is written next to it, with _frames in its name"
+    text = f"file to write ({' '.join(FORMATS)}); two more tables are written next to it, with _frames and _ranking added"
     parser.add_argument("-o", "--output", required=True, metavar="OUT", help=text)
     text = "measure every n-th frame (default 1, all frames)"
     parser.add_argument("--stride", type=options.number_within(STRIDE), default=1, metavar="N", help=text)
     options.add_fields(parser)
+    options.add_ranking(parser)
     options.add_molecule(parser, with_frame=False)
     options.add_placement(parser)
     text = "number of processes (default 1)"
@@ -52,14 +64,28 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> None:
     """Write the tables."""
     outputs.check(args, FORMATS, beside_frames(args.output))
-    from sparsurf.api.field_values import check_fields  # here: wrong arguments need no numba
-    from sparsurf.api.frames import FramesRequest, write_frames
+    from sparsurf.api.frames import frames_request, write_frames  # here: wrong arguments need no numba
     from sparsurf.api.surfaces import placement
 
-    names = check_fields(options.names_of_requested_fields(args), "frames", of_residues=True)
-    molecule = options.read_atoms(args, args.stride)
     rules = placement(density="auto", **options.placement_options(args))
-    n_frames, n_before = write_frames(molecule, FramesRequest(rules, names), args.output, args.jobs)
-    text = f"{pluralise(molecule.n_residues, 'residue')} in {pluralise(n_frames, 'frame')}"
-    text += f", of which {n_before} were finished before" if n_before else ""
-    outputs.report(args, f"{text}; {path_of_frames(args.output)} has a row for each frame")
+    fields = options.names_of_requested_fields(args)
+    request = frames_request("frames", rules, fields, args.rank, args.rank_by)
+    molecule = options.read_atoms(args, args.stride)
+    written = write_frames(molecule, request, args.output, args.jobs)
+    text = f"{pluralise(molecule.n_residues, 'residue')} in {pluralise(written.n_frames, 'frame')}"
+    text += f", of which {written.n_before} were finished before" if written.n_before else ""
+    tables = f"{path_of_frames(args.output)} has a row for each frame, {path_of_frames(args.output, 'ranking')} for each residue"
+    outputs.report(args, f"{text}; {tables}{_first(written.ranking, request.rank, request.rank_by)}")
+
+
+def _first(ranking: pd.DataFrame, quantity: str, rank_by: str) -> str:
+    """Say which residues change most; nothing if none changes."""
+    from sparsurf.views.overview.frames import STATISTICS  # here: wrong arguments need no numba
+    from sparsurf.views.overview.profile import labels_of
+
+    changing = ranking[ranking[rank_by] > 0].head(N_REPORTED)
+    if changing.empty:
+        return ""
+    numbers = zip(labels_of(changing), changing[rank_by], strict=True)
+    named = ", ".join(f"{label} ({value:.2f})" for label, value in numbers)
+    return f". The {quantity} changes most at {named}: {STATISTICS[rank_by]} over the frames"

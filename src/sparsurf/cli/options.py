@@ -24,6 +24,9 @@ from sparsurf.arguments import (
     NUMBER_OF_DOTS,
     PROBE,
     PROBE_RADIUS,
+    RANK,
+    RANK_BY,
+    RANKINGS,
     SEED,
     STEP_LIMITS,
     Limits,
@@ -180,6 +183,14 @@ def add_colours(parser: argparse._ActionsContainer) -> None:
     """Add the option that writes colours with a mesh."""
     help_text = "colour a mesh (.ply .obj .glb) by its first field or by kinds; readers for networks need files without colours"
     parser.add_argument("--colours", action="store_true", help=help_text)
+
+
+def add_ranking(parser: argparse._ActionsContainer) -> None:
+    """Add the options by which the residues of a trajectory are ranked."""
+    help_text = f"rank residues by how much this changes: {RANK} (default), area, depth, or any field"
+    parser.add_argument("--rank", metavar="NAME", help=help_text)
+    help_text = f"rank by the standard deviation over the frames, or by the highest minus the lowest value (default {RANK_BY})"
+    parser.add_argument("--rank-by", choices=RANKINGS, help=help_text)
 
 
 def add_size_of_mesh(parser: argparse._ActionsContainer) -> None:

@@ -6,10 +6,11 @@ import sys
 from functools import partial
 from pathlib import Path
 
-from sparsurf.api.frame_pages import page_of_frames, shown_positions
+from sparsurf.api.frame_pages import page_of_frames, ranked_frames, shown_positions
 from sparsurf.api.pages import page_of_surface
 from sparsurf.api.replacing import is_own_page
 from sparsurf.api.show import has_display, open_page
+from sparsurf.api.surfaces import placement
 from sparsurf.api.writing import PAGE_ENDINGS, write_page
 from sparsurf.cli import options, outputs
 from sparsurf.molecules.formats import stem
@@ -20,15 +21,17 @@ The page shows the surface, which you can rotate and colour by roughness, fields
 residues along each chain; the ten roughest residues; and the parts of the structure that were left out. A residue that you click
 or search for is shown on the surface, in the list and in the profile. The page of a few dots, such as minimal.csv, shows the
 surface that `sparsurf recover` reconstructs from them. With --trajectory and without --frame, the page shows at
-most 100 frames with a slider, and which residues change. The page is one file that needs no network. It opens in the browser
-unless --no-open is given or there is no display. Without -o, the page is written into the current folder, under the name of FILE
-with the suffix .html, to which _frames is added for a trajectory, _frame20 for frame 20, and _model3 for model 3.
+most 100 frames with a slider, and which residues change most: in their roughness, or in what --rank names. The page is
+one file that needs no network. It opens in the browser unless --no-open is given or there is no display. Without -o, the page
+is written into the current folder, under the name of FILE with the suffix .html, to which _frames is added for a trajectory,
+_frame20 for frame 20, and _model3 for model 3.
 
 examples:
   sparsurf show protein.pdb
   sparsurf show protein.pdb --no-open -o page.html
   sparsurf show dots.csv --no-open
   sparsurf show protein.pdb --trajectory run.xtc
+  sparsurf show protein.pdb --trajectory run.xtc --rank area
   sparsurf show protein.pdb --trajectory run.xtc --frame 20
 """
 
@@ -43,6 +46,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )
     options.add_molecule(parser)
     options.add_placement(parser)
+    options.add_ranking(parser.add_argument_group("residues of a trajectory"))
     parser.set_defaults(d_link=D_LINK)
 
 
@@ -52,9 +56,13 @@ def run(args: argparse.Namespace) -> None:
         args.output = f"{stem(args.file)}{_of_frames(args)}.html"
         outputs.check(args, PAGE_ENDINGS, {Path(args.output): is_own_page})
     outputs.check(args, PAGE_ENDINGS)
-    molecule = options.read_atoms(args, stride=1) if _shows_frames(args) else None
+    shows_frames = _shows_frames(args)
+    rules = placement(density="auto", **options.placement_options(args))
+    request = ranked_frames(args.rank, args.rank_by, shows_frames, rules)
+    molecule = options.read_atoms(args, stride=1) if shows_frames else None
     if molecule is not None and molecule.n_frames > 1:
-        page = page_of_frames(molecule, options.about(args), Path(args.trajectory).name, partial(_say, args))
+        about, name = options.about(args), Path(args.trajectory).name
+        page = page_of_frames(molecule, about, name, request, partial(_say, args))
         counted = f"{len(shown_positions(molecule.n_frames))} frames"
     else:
         surface, _ = options.read_dots(args)

@@ -85,6 +85,7 @@ CALLS = [
     ("mesh", lambda g, **k: sparsurf.mesh(PROTEIN, 300, **k), {}, {"cavities": "keep"}),
     ("frames", lambda g, **k: sparsurf.frames(g.pdb, **k), {}, {
         "stride": 2, "fields": ["hydropathy"], "probe_radius": 1.6, "radii": "bondi"}),
+    ("frames", lambda g, **k: sparsurf.frames(g.pdb, **k).ranking, {}, {"rank": "area"}),
     ("frames", lambda g, **k: sparsurf.frames(PROTEIN, **k), {}, {"cavities": "remove"}),
     ("frames", lambda g, **k: sparsurf.frames(PROTEIN, **k), {"stride": 700}, MOVING),
     ("depth", lambda g, **k: sparsurf.depth(g.frames, **k), {}, {"frame": 1, "probe_radius": 1.6, "radii": "bondi"}),
@@ -141,6 +142,8 @@ ELSEWHERE = {
     ("write", "colours"): "api/test_writing.py",
     ("points_of", "jobs"): "api/test_points.py",
     ("frames", "jobs"): "api/test_frames.py",
+    ("frames", "rank_by"): "api/test_frames.py",
+    **{("show", name): "views/test_explorer.py" for name in ("rank", "rank_by")},
     ("show", "open_browser"): "api/test_show.py",
     ("roughness", "roughness"): "test_kinds.py",
     ("error_at", "sampler"): "recovery/test_law.py",

@@ -12,6 +12,7 @@ from peptides import peptide, write
 from sparsurf.api import frames as api
 from sparsurf.cli import command
 from sparsurf.errors import InputError
+from sparsurf.evaluation.ranking import rank_residues
 
 TDP43 = ROOT / "data" / "tdp43"
 FIELDS = ["hydropathy", "mean_curvature"]
@@ -74,7 +75,7 @@ def test_a_stopped_run_continues_to_the_same_bytes(seven, tmp_path, monkeypatch,
     assert sparsurf.frames(seven, path=tmp_path / f"run{suffix}") is None
     assert measured == [0, 3, 3, 6]
     for name in ("run", "jobs"):
-        for end in ("", "_frames"):
+        for end in ("", "_frames", "_ranking"):
             whole = (tmp_path / f"whole{end}{suffix}").read_bytes()
             assert (tmp_path / f"{name}{end}{suffix}").read_bytes() == whole
     assert not list(tmp_path.glob(".*"))
@@ -86,6 +87,34 @@ def test_a_stopped_run_continues_to_the_same_bytes(seven, tmp_path, monkeypatch,
         check_dtype=False,
         rtol=1e-8,
     )
+
+
+@pytest.mark.parametrize(
+    ("rank", "column"), [("roughness", "mean_roughness"), ("area", "area"), ("hydropathy", "mean_hydropathy")]
+)
+@pytest.mark.parametrize("by", ["sd", "range"])
+def test_residues_are_ranked_by_how_much_they_change(seven, rank, column, by):
+    """The moving residue has most area to gain, and buried residues have no roughness in some frames."""
+    tables = sparsurf.frames(seven, rank=rank, rank_by=by)
+    wide = tables.residues.pivot_table(column, "frame", ["chain", "residue"], sort=False, dropna=False)
+    ranking = tables.ranking.set_index(["chain", "residue"])
+    assert (ranking["quantity"] == column).all() and ranking[by].dropna().is_monotonic_decreasing
+    wanted = {
+        "frames": wide.count(), "mean": wide.mean(), "sd": wide.std(), "lowest": wide.min(), "highest": wide.max(),
+        "range": wide.max() - wide.min(),
+    }  # fmt: skip
+    for name, values in wanted.items():
+        np.testing.assert_allclose(ranking[name], values[ranking.index], rtol=1e-9, atol=1e-12)
+
+
+def test_ranking_by_standard_deviation_and_by_range_differ():
+    """One jump has the larger range, and a steady swing the larger standard deviation."""
+    residues = pd.DataFrame({"residue": ["jump", "swing", "buried", "once"]})
+    values = np.array([[0, 6.0 * (k % 2), np.nan, np.nan] for k in range(20)] + [[9.0, 0, np.nan, 5.0]])
+    for by, first in (("sd", "swing"), ("range", "jump")):
+        ranking = rank_residues(residues, "q", by, lambda: np.split(values, [3, 10]))
+        assert ranking["residue"].iloc[0] == first
+    assert ranking["frames"].tolist() == [21, 21, 1, 0] and np.isnan(ranking["sd"].iloc[2:]).all()
 
 
 def stop_before_writing(monkeypatch, molecule, path, **options):
@@ -177,3 +206,14 @@ def test_bad_input_is_refused_in_one_sentence(seven, tmp_path):
         sparsurf.frames(seven, path=tmp_path / "run.npz")
     with pytest.raises(InputError, match="hydropaty"):
         sparsurf.frames(seven, fields="hydropaty")
+    for rank, said in (
+        ("roughnes", "did you mean 'roughness'"),
+        ("x", "give one of area, roughness"),
+        (3, "is 3, which"),
+    ):
+        with pytest.raises(InputError, match=said):
+            sparsurf.frames(seven, rank=rank)
+    with pytest.raises(InputError, match="must be sd or range"):
+        sparsurf.frames(seven, rank_by="median")
+    with pytest.raises(InputError, match="give a trajectory without a frame"):
+        sparsurf.show(seven, rank="area")

@@ -40,8 +40,8 @@ def originals(tmp_path_factory):
     write(tmp_path / "t.csv", models)
     for name in ("few.csv", "at.csv"):
         sparsurf.minimal(dots, percent=20).table.to_csv(tmp_path / name, index=False)
-    for name in ("q_frames.csv", "z_frames.csv.gz", "n.face", "n.face.gz", "notes.html", "notes_dots.bild", "other.face",
-                 "other.area", "page_of.pdb", "few.html"):  # fmt: skip
+    for name in ("q_frames.csv", "w_ranking.csv", "z_frames.csv.gz", "n.face", "n.face.gz", "notes.html", "notes_dots.bild",
+                 "other.face", "other.area", "page_of.pdb", "few.html"):  # fmt: skip
         write(tmp_path / name, NOTES)
     write(tmp_path / "own.html", '<meta name="generator" content="sparsurf 1">')
     write(tmp_path / "page_of.pdb", peptide() + "END\n")
@@ -100,6 +100,7 @@ def contents(folder):
         "show few.csv --no-open",
         "frames run_frames.csv -o run.csv",
         "frames two.pdb -o q.csv",
+        "frames two.pdb -o w.csv",
         "frames two.pdb -o z.csv.gz",
         "frames p.pdb --trajectory t.csv -o t.csv",
         "msms -if same.vert -of same",
@@ -175,6 +176,7 @@ def test_the_molecule_of_a_scene_is_not_replaced_by_the_scene_of_a_part_of_it(fo
         ("frames two.pdb -o own.csv", "own_frames.csv"),
         ("frames two.pdb -o own.csv.gz", "own_frames.csv.gz"),
         ("frames two.pdb -o own.parquet", "own_frames.parquet"),
+        ("frames two.pdb -o own.csv", "own_ranking.csv"),
         ("msms -if s.xyzr -of out -af out", "out.face"),
         ("msms -if s.xyzr -of out -no_header", "out.vert"),
         ("show two.pdb --no-open", "two.html"),

@@ -76,9 +76,10 @@ OPTIONS = {
      "--mesh --n-vertices 400": {"mesh": True, "n_vertices": 400},
      "--mesh --model interpolant --reach 2.5": {"mesh": True, "model": "interpolant", "reach": 2.5},
      "--mesh --colours": {"mesh": True, "colours": True}},
-    "show": {"": {}, **OF_ATOMS, **PLACED, **CAGED},
+    "show": {"": {}, **OF_ATOMS, **PLACED, **CAGED, "--trajectory run.xtc --rank area": {"trajectory": "run.xtc",
+     "rank": "area"}},
     "frames": {"": {}, **{words: keys for words, keys in OF_ATOMS.items() if "frame" not in keys}, **HYDROPATHY, **PLACED,
-     **CAGED, "--stride 2": {"stride": 2}},
+     **CAGED, "--stride 2": {"stride": 2}, "--rank hydropathy": {"rank": "hydropathy"}},
     "atoms": {"": {}, **OF_ATOMS, **PLACED, **CAGED},
     "areas": {"": {}, **OF_ATOMS, **PLACED, "--of chains": {"of": "chains"}},
 }  # fmt: skip
@@ -88,7 +89,7 @@ FILES = {  # in which an option has an effect
     "--cavities": "cage.pdb",
     "--model interpolant": "touched.csv",
 }
-ELSEWHERE = {"--help", "--output", "--jobs"}  # test_command.py
+ELSEWHERE = {"--help", "--output", "--jobs", "--rank-by"}  # test_command.py, and test_frames.py
 ALWAYS = {"--no-open"}  # no browser in a test
 INSTEAD = {
     "--n-dots": ("--density",),
@@ -102,6 +103,7 @@ BASES = {  # what an option is compared with, where that is not the command with
     "--mesh ": "--mesh",
     "--model interpolant --": "--model interpolant",
     "--trajectory run.xtc --frame": "--trajectory run.xtc",
+    "--trajectory run.xtc --rank": "--trajectory run.xtc",
     "--error 0.1 --sampler cover --": "--error 0.1 --sampler cover",
     "--error 0.1 --": "--error 0.1",
 }
@@ -133,7 +135,11 @@ def read(path):
     """What a command has written: a table, the columns of a page, or bytes."""
     if path.suffix == ".html":
         return unpacked(path.read_text(encoding="utf-8"))[1]
-    return pd.read_csv(path) if path.suffix == ".csv" else path.read_bytes()
+    if path.suffix != ".csv":
+        return path.read_bytes()
+    ranking = path.with_name("x_ranking.csv")  # of `frames`
+    tables = [pd.read_csv(each) for each in (path, ranking) if each.exists()]
+    return pd.concat(tables, ignore_index=True)
 
 
 def result(out, name, file, call, options):
@@ -261,15 +267,16 @@ def points(file, keys, out):
 
 def show(file, keys, out):
     if "trajectory" in keys and "frame" not in keys:
-        page = sparsurf.show(file, trajectory=keys["trajectory"], open_browser=False)
+        page = sparsurf.show(file, open_browser=False, **some(keys, "trajectory", "rank"))
         return unpacked(page.html)[1]
     page = sparsurf.show(dots_of(file, keys, *RULES), open_browser=False)
     return unpacked(page.html)[1]
 
 
 def frames(file, keys, out):
-    settings = some(keys, "stride", "fields", "probe_radius", "radii", "cavities")
-    return sparsurf.frames(molecule_of(file, keys), **settings).residues
+    settings = some(keys, "stride", "fields", "probe_radius", "radii", "cavities", "rank")
+    tables = sparsurf.frames(molecule_of(file, keys), **settings)
+    return pd.concat([tables.residues, tables.ranking], ignore_index=True)
 
 
 WANTED = {

@@ -2,21 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 
+from sparsurf.evaluation.ranking import rank_residues
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.surfaces.formats.ply import ROUGHNESS_LIMITS
 from sparsurf.views.explorer.page import ResidueValues, ShownFrames, around_molecule
 from sparsurf.views.explorer.shapes import Shape
-from sparsurf.views.overview.page import N_OPEN, render_template
-from sparsurf.views.overview.profile import labels_of, panels
+from sparsurf.views.overview.page import N_OPEN, named_field, render_template
+from sparsurf.views.overview.profile import ROUGHNESS_COLUMN, labels_of, panels
 
 N_CHANGING = 10  # residues of the table
 TEMPLATE = "frames.html.j2"
+STATISTICS = {"sd": "standard deviation", "range": "range"}
+
+
+class Quantity(NamedTuple):
+    """How a page names and writes a column of residues; `ends` say what its lowest and its highest values are."""
+
+    name: str
+    unit: str
+    digits: int
+    ends: tuple[str, str] = ("low", "high")
+
+
+NAMED_COLUMNS = {
+    "area": Quantity("area", "Å²", 0, ("small", "large")),
+    ROUGHNESS_COLUMN: Quantity("mean roughness", "", 2, ("rough", "flat")),
+    "depth": Quantity("depth", "Å", 1, ("outside", "deep")),
+}
 
 
 def overview_of_frames(
@@ -24,8 +42,8 @@ def overview_of_frames(
     trajectory: str,
     molecule: Molecule,
     shapes: Sequence[Shape],
-    area: np.ndarray,
-    roughness: np.ndarray,
+    numbers: Mapping[str, np.ndarray],
+    ranked: tuple[str, str],
     labels: Sequence[str],
     notes: Sequence[str] = (),
     left_out: Sequence[str] | None = None,
@@ -33,25 +51,27 @@ def overview_of_frames(
 ) -> str:
     """Render the page of the frames of a molecule, in one file.
 
-    `shapes` are the surfaces of the shown frames, `area` (F, R), Å^2, and `roughness` (F, R) those of their residues, and
-    `labels` their names. `notes` and `left_out` are what reading the molecule said, and `origin` says where the page is from.
+    `shapes` are the surfaces of the shown frames, `numbers` the columns of their residues, (F, R) each, with `area`, Å^2, and
+    `mean_roughness`, and `labels` their names. Residues are `ranked` by a column and by 'sd' or 'range'. `notes` and `left_out`
+    are what reading the molecule said, and `origin` says where the page is from.
     """
-    residues = change_table(molecule, area, roughness)
-    changing = residues.nlargest(N_CHANGING, "sd_area")
-    whole = area.sum(axis=1)
+    column, rank_by = ranked
+    residues = change_table(molecule, numbers, column, rank_by)
+    changing = residues.head(N_CHANGING)
     rows = [
         row | {"label": label, "residue": position}
         for label, position, row in zip(
             labels_of(changing), changing.index, changing.to_dict("records"), strict=True
         )
     ]
+    whole = numbers["area"].sum(axis=1)
     context: dict[str, Any] = {
         "title": f"The surface of {name} in {len(shapes)} frames",
-        "trajectory": trajectory,
+        "trajectory": trajectory, "quantity": quantity_of(column), "ranked_by": rank_by, "statistic": STATISTICS[rank_by],
         "n_frames": len(shapes), "n_all": molecule.n_frames, "n_residues": molecule.n_residues,
         "every": -(-molecule.n_frames // len(shapes)),
         "smallest": (whole.min(), labels[int(whole.argmin())]), "largest": (whole.max(), labels[int(whole.argmax())]),
-        "most": rows, "panels": panels(residues, "sd_area", largest=True),
+        "most": rows, "panels": panels(residues.sort_index(), rank_by, largest=True),
         "notes": notes, "left_out": None if left_out is None else ", ".join(left_out), "origin": origin,
         "linked": True, "orders": "the most changing", "n_open": N_OPEN,
     }  # fmt: skip
@@ -61,31 +81,39 @@ def overview_of_frames(
         return render_template(TEMPLATE, data=data, **context)
 
     frames = ShownFrames(tuple(labels), tuple(whole.tolist()))
+    change = residues.sort_index()[rank_by].to_numpy(float)[None]
     return around_molecule(
-        fill, molecule, shapes, [*changing_numbers(residues, area, roughness)], frames=frames
+        fill, molecule, shapes, [*changing_numbers(numbers, column, rank_by, change)], frames=frames
     )
 
 
-def change_table(molecule: Molecule, area: np.ndarray, roughness: np.ndarray) -> pd.DataFrame:
-    """Tabulate how area (F, R), Å^2, and roughness (F, R) of each residue change over the frames."""
-    rough = pd.DataFrame(roughness)
-    return molecule.residues.assign(
-        sd_area=area.std(axis=0, ddof=1),
-        mean_area=area.mean(axis=0),
-        smallest_area=area.min(axis=0),
-        largest_area=area.max(axis=0),
-        mean_roughness=rough.mean().to_numpy(),
-        sd_roughness=rough.std().to_numpy(),
-    )
+def change_table(
+    molecule: Molecule, numbers: Mapping[str, np.ndarray], column: str, rank_by: str
+) -> pd.DataFrame:
+    """Rank residues by the change of a column, and add the mean and the standard deviation of their area."""
+    table = rank_residues(molecule.residues, column, rank_by, lambda: [numbers[column]])
+    area = numbers["area"][:, table.index]
+    return table.assign(mean_area=area.mean(axis=0), sd_area=area.std(axis=0, ddof=1))
+
+
+def quantity_of(column: str) -> Quantity:
+    """Return what a page calls a column of residues."""
+    if column in NAMED_COLUMNS:
+        return NAMED_COLUMNS[column]
+    field = named_field(column.removeprefix("mean_"))
+    return Quantity(f"mean {field['name']}", field["unit"], 2)
 
 
 def changing_numbers(
-    residues: pd.DataFrame, area: np.ndarray, roughness: np.ndarray
+    numbers: Mapping[str, np.ndarray], column: str, rank_by: str, change: np.ndarray
 ) -> Iterator[ResidueValues]:
-    """Yield the numbers of the residues that the page shows, of all frames together and of each."""
-    sd = residues["sd_area"].to_numpy(float)[None]
+    """Yield the numbers of the residues that the page shows: the `change` (1, R) that ranks them, and columns of each frame."""
+    ranked = quantity_of(column)
+    name = f"{STATISTICS[rank_by]} of the {ranked.name}"
     yield ResidueValues(
-        "standard deviation of the area", "Å²", sd, 1, "steady", "changing", colours=True, orders=-1
+        name, ranked.unit, change, ranked.digits, "steady", "changing", colours=True, orders=-1
     )
-    yield ResidueValues("area", "Å²", area, 0, "small", "large", colours=True)
-    yield ResidueValues("mean roughness", "", roughness, 2, "rough", "flat", ROUGHNESS_LIMITS, colours=True)
+    for of_frames in dict.fromkeys(("area", ROUGHNESS_COLUMN, column)):
+        name, unit, digits, ends = quantity_of(of_frames)
+        limits = ROUGHNESS_LIMITS if of_frames == ROUGHNESS_COLUMN else None
+        yield ResidueValues(name, unit, numbers[of_frames], digits, *ends, limits, colours=True)
