@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import math
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,6 +20,9 @@ from sparsurf.errors import InputError
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.evaluation.residues import residue_table
 from sparsurf.files import pluralise
+from sparsurf.messages import no_warnings
+from sparsurf.patches.index import build_grid, select_separated
+from sparsurf.progress import Progress
 from sparsurf.sampling.samplers import farthest
 from sparsurf.settings import PatchesSettings, Settings
 from sparsurf.surfaces.components import (
@@ -39,6 +43,13 @@ if TYPE_CHECKING:
 
 log = logging.getLogger("sparsurf")
 
+# The picture of a surface with more dots shows about so many, evenly spread: enough for the eye, in a page that stays small
+MAX_DOTS_OF_PICTURE, FEWER_DOTS = 200_000, 100_000
+# Of dots chosen one after another, each at a distance from those before: dots on an area of the squared distance
+DOTS_PER_SQUARED_DISTANCE = 0.7
+STEP_PER_DISTANCE = 1.5  # of the grid of triangles between them: 2.7 corners for each dot
+STEPS_OF_PAGE = 4  # of a page: the roughness, the triangles, the fields, and the page itself
+
 
 def page_of_surface(
     surface: Surface, about: About, colour: str = "roughness", values: np.ndarray | None = None
@@ -54,7 +65,11 @@ def page_of_surface(
     from sparsurf.views.overview.page import Notes, overview
     from sparsurf.views.viewer.page import MAX_DOTS, DotValues
 
-    given, patches = surface, about.patches or PatchesSettings()
+    given, patches, steps = (
+        surface,
+        about.patches or PatchesSettings(),
+        Progress("steps of the page", STEPS_OF_PAGE),
+    )
     with heard("show") as of_patches:
         whole = _surface_of_patches(surface, about, patches)
     if whole is not None and surface.origin is None and whole.surface is not surface:
@@ -63,6 +78,11 @@ def page_of_surface(
             replace(about, kept=about.kept if len(about.kept) else whole.nearest, roughness=None),
         )
         values = None if values is None else np.append(values, np.full(len(surface) - len(given), np.nan))
+    distance = _distance_of_dots(surface, whole, about)
+    if whole is not None and distance:
+        whole = replace(whole, nearest=_fewer_dots(surface, distance))
+        surface = surface.take(whole.nearest)
+        values = None if values is None else values[whole.nearest]
     roughness_of_all, dot_roughness = None, about.roughness
     if whole is None:
         dot_roughness = np.full(len(surface), np.nan)
@@ -70,26 +90,32 @@ def page_of_surface(
         roughness_of_all = whole.roughness(patches)
         dot_roughness = roughness_of_all[whole.nearest]
     prepared = PreparedSurface(surface, Settings(patches=patches), dot_roughness, threads=available_cores())
+    steps.advance()
     # of dots whose atoms are known, the surface that they are a part of
     part_of = whole if surface.origin is not None and not about.is_whole else None
-    is_owned = part_of is not None and part_of.is_owned_by(surface)
+    is_owned = distance > 0 or (part_of is not None and part_of.is_owned_by(surface))
     kept, is_selection = about.kept, part_of is not None and not is_owned
-    drawn = None if len(kept) or is_selection else _drawn(surface)
+    drawn = None if len(kept) or is_selection else _drawn(surface, distance)
+    steps.advance()
     order = (
         np.arange(0) if drawn else farthest(prepared, min(len(surface), MAX_DOTS), prepared.stream("view"))
     )
     molecule = surface.molecule
     with heard("fields") as of_fields:
         shown, missing = with_default_fields(surface, molecule)
-    components = surface.placed.components(surface) if surface.placed else stored_components(surface)
-    cavity = None if components is None else on_cavities(surface, components)
+    steps.advance()
+    if whole is not None and (distance or whole.surface is surface) and whole.components is not None:
+        components, cavity = whole.components[whole.nearest], whole.cavity[whole.nearest]
+    else:
+        components = surface.placed.components(surface) if surface.placed else stored_components(surface)
+        cavity = None if components is None else on_cavities(surface, components)
     if whole is not None and roughness_of_all is not None:
         cavity = whole.cavity[whole.nearest]
     table = None
     if molecule is not None:
         table = residue_table(shown, prepared.roughness, molecule, cavity=cavity)
         if whole is not None and roughness_of_all is not None:
-            table = whole.with_roughness(table, roughness_of_all, molecule, is_owned)
+            table = whole.with_roughness(table, roughness_of_all, molecule, is_owned, distance > 0)
     named = [] if values is None else [DotValues("values", "value", "", values)]
     named += [_values(DotValues, name, numbers) for name, numbers in fields_without_component(shown).items()]
     if components is not None and components.max() > 0:
@@ -101,7 +127,7 @@ def page_of_surface(
     messages = about.heard
     sentences = (*about.notes, *(messages.sentences if messages else ()), *of_fields.sentences)
     notes = Notes(None if messages is None else tuple(messages.left_out), sentences)
-    return overview(
+    page = overview(
         title_of(about, given),
         prepared,
         order,
@@ -116,12 +142,31 @@ def page_of_surface(
         probe=surface.origin.rules.probe_radius if surface.origin else None,
         extent=_extent(given, part_of, cavity, about.is_whole),
         mean=float(roughness_of_all.mean()) if is_owned and roughness_of_all is not None else None,
-        reconstructed_from=len(given) if surface is not given else 0,
+        reconstructed_from=len(given) if surface is not given and not distance else 0,
+        chosen_from=len(given) if distance else 0,
         why=" ".join(of_patches.sentences),
         links=about.links,
         drawn=drawn,
         origin=rows_of_surface(about, surface),
     )
+    steps.close()
+    return page
+
+
+def _distance_of_dots(surface: Surface, whole: WholeSurface | None, about: About) -> float:
+    """Return the distance, Å, at which the picture of a whole surface keeps about `FEWER_DOTS` dots; 0 where it keeps all."""
+    is_whole = whole is not None and whole.surface is surface and not (about.is_whole or len(about.kept))
+    if not is_whole or surface.molecule is None or len(surface) <= MAX_DOTS_OF_PICTURE:
+        return 0.0
+    return math.sqrt(DOTS_PER_SQUARED_DISTANCE * float(surface.area.sum()) / FEWER_DOTS)
+
+
+def _fewer_dots(surface: Surface, distance: float) -> np.ndarray:
+    """Choose dots that lie a distance apart, Å, and the first one of each residue: indices (n,), ascending."""
+    molecule = surface.known_molecule("show")
+    first = np.unique(molecule.residue_index[surface.atom], return_index=True)[1]
+    order = np.concatenate([first, np.delete(np.arange(len(surface)), first)])
+    return np.sort(select_separated(build_grid(surface.points), order, distance, len(order), len(first)))
 
 
 def _surface_of_patches(surface: Surface, about: About, patches: PatchesSettings) -> WholeSurface | None:
@@ -137,10 +182,14 @@ def _surface_of_patches(surface: Surface, about: About, patches: PatchesSettings
         return None
 
 
-def _drawn(surface: Surface) -> DrawnMolecule | None:
-    """Return the surface of dots as triangles with the atoms below; None where its molecule is not known, or it is too large."""
+def _drawn(surface: Surface, distance: float) -> DrawnMolecule | None:
+    """Return the surface of dots as triangles with the atoms below; None where its molecule is not known, or it is too large.
+
+    Where the dots are some of a large surface, at a `distance`, the triangles lie between them: those of its atoms take minutes.
+    """
     from scipy.spatial import cKDTree
 
+    from sparsurf.recovery.mesh import mesh_of_dense
     from sparsurf.surfaces.mesh import widest_step
     from sparsurf.views.explorer.shapes import atoms_to_draw, shape_of
     from sparsurf.views.overview.page import DrawnMolecule
@@ -149,12 +198,21 @@ def _drawn(surface: Surface) -> DrawnMolecule | None:
     if molecule is None or origin is None:
         return None
     try:
-        mesh = mesh_of_atoms(origin, MeshSize(None, None, widest_step(origin.rules.probe_radius)))
+        if distance:
+            with no_warnings():
+                mesh = mesh_of_dense(
+                    surface.points, surface.normals, STEP_PER_DISTANCE * distance, available_cores()
+                )
+        else:
+            mesh = mesh_of_atoms(origin, MeshSize(None, None, widest_step(origin.rules.probe_radius)))
     except InputError:  # a grid around it does not fit into the memory
         return None
-    shape = shape_of(mesh, molecule, atoms_to_draw(molecule)[0], origin.frame)
-    _, nearest = cKDTree(surface.points).query(shape.points)
-    return DrawnMolecule(molecule, shape, np.asarray(nearest))
+    nearest = np.asarray(cKDTree(surface.points).query(mesh.vertices.points)[1])
+    if distance:
+        mesh = replace(mesh, vertices=replace(mesh.vertices, atom=surface.atom[nearest]))
+    return DrawnMolecule(
+        molecule, shape_of(mesh, molecule, atoms_to_draw(molecule)[0], origin.frame), nearest
+    )
 
 
 def _extent(surface: Surface, whole: WholeSurface | None, cavity: np.ndarray | None, is_whole: bool) -> Any:
@@ -162,8 +220,8 @@ def _extent(surface: Surface, whole: WholeSurface | None, cavity: np.ndarray | N
     from sparsurf.views.overview.page import Extent
 
     area = float(surface.area.sum())  # NaN where areas are not known
-    walls = float(surface.area[cavity].sum()) if cavity is not None else 0.0
     if whole is None:
+        walls = float(surface.area[cavity].sum()) if cavity is not None else 0.0
         return Extent(area, walls, is_known=is_whole)
     is_removed = surface.origin is not None and surface.origin.rules.cavities == "remove"
     if whole.is_owned_by(surface):  # a coarse mesh has a smaller area than the surface that it stands for

@@ -56,9 +56,15 @@ class WholeSurface:
     @cached_property
     def cavity(self) -> np.ndarray:
         """Whether each dot lies on the wall of a cavity, (N,) bool; not known of a reconstructed surface."""
-        if self.surface.placed is None:
-            return np.zeros(len(self.surface), bool)
-        return on_cavities(self.surface, self.surface.known_components("surface"))
+        components = self.components
+        return (
+            np.zeros(len(self.surface), bool) if components is None else on_cavities(self.surface, components)
+        )
+
+    @cached_property
+    def components(self) -> np.ndarray | None:
+        """The component of each dot, (N,) int; None for a reconstructed surface."""
+        return self.surface.known_components("surface") if self.surface.placed else None
 
     def roughness(self, patches: PatchesSettings) -> np.ndarray:
         """Compute R_i of all dots, (N,) float64."""
@@ -75,15 +81,23 @@ class WholeSurface:
         return abs(ratio - 1) <= SAME_AREA if is_part else ratio >= AREA_OF_COARSE_MESH
 
     def with_roughness(
-        self, table: pd.DataFrame, roughness: np.ndarray, molecule: Molecule, with_area: bool = False
+        self,
+        table: pd.DataFrame,
+        roughness: np.ndarray,
+        molecule: Molecule,
+        with_area: bool = False,
+        with_dots: bool = False,
     ) -> pd.DataFrame:
         """Return the `residue_table` of the given dots with the roughness, and the areas, of its residues on the whole surface.
 
-        The mean over some dots of a residue is another number, and would name another residue as the roughest.
+        The mean over some dots of a residue is another number, and would name another residue as the roughest. `with_dots` all
+        numbers are those of the whole surface, but for the means of fields that it does not have.
         """
         from sparsurf.evaluation.residues import residue_table  # here: it loads pandas
 
         whole = residue_table(self.surface, roughness, molecule, cavity=self.cavity)
+        if with_dots:
+            return whole.assign(**{str(name): table[name] for name in table if name not in whole})
         has_dots = table["mean_roughness"].notna()
         taken = {name: whole[name].where(has_dots) for name in ("mean_roughness", "most_rough")}
         if with_area:

@@ -20,7 +20,7 @@ from browser import Browser, programs
 from conftest import ROOT, ball
 from parsed_pages import Page, origin_of
 from peptides import atom_line, peptide, two_models, write
-from sparsurf.api import show
+from sparsurf.api import pages, show
 from sparsurf.cli import command
 from sparsurf.errors import InputError
 from sparsurf.surfaces.spacing import spacing
@@ -63,6 +63,31 @@ def ended(*arguments):
         return command.main(list(map(str, arguments)))
     except SystemExit as end:
         return end.code
+
+
+def test_the_picture_of_a_large_surface_has_fewer_dots_and_its_residues_the_same_numbers(
+    molecule, monkeypatch
+):
+    dots, _, html = molecule
+    monkeypatch.setattr(pages, "MAX_DOTS_OF_PICTURE", 10_000)
+    monkeypatch.setattr(pages, "FEWER_DOTS", 4_000)
+    large, whole = Page(sparsurf.show(TDP43, open_browser=False).html), Page(html)
+    shown = int(re.search(rf"those of ([\d,]+) of {len(dots):,} dots", large.text)[1].replace(",", ""))
+    assert 3_000 < shown < 5_000
+    (rows, of_whole) = (
+        next(rows for rows in page.tables if rows[0][0] == "residue") for page in (large, whole)
+    )
+    assert [row[:4] for row in rows] == [row[:4] for row in of_whole]
+    assert large.find("svg")[0].text == whole.find("svg")[0].text
+    assert sorted(large.alternatives) == sorted(whole.alternatives)
+    area = f"The surface has an area of {dots.area.sum():,.0f}"
+    assert area in large.text.replace("\xa0", " ") and area in whole.text.replace("\xa0", " ")
+    few, full = (
+        [float(row[k].replace("−", "-")) for row in each[1:] for k in range(4, len(row))]
+        for each in (rows, of_whole)
+    )
+    assert few != full  # fields of the dots in the picture
+    assert few == pytest.approx(full, abs=2.0)
 
 
 def test_the_ten_roughest_residues_are_those_of_the_table(molecule):

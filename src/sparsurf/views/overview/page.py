@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from sparsurf.molecules.molecule import Molecule
 
 PAGE = "page.html.j2"
+MAX_LARGE_BYTES = 4_000_000  # of the page of a large surface, which stays smooth to turn
 N_OPEN = 8  # chains whose profile is not folded
 
 
@@ -85,6 +86,7 @@ def overview(
     links: Sequence[tuple[str, str]] = (),
     mean: float | None = None,
     reconstructed_from: int = 0,
+    chosen_from: int = 0,
     why: str = "",
     drawn: DrawnMolecule | None = None,
     origin: Sequence[tuple[str, str]] = (),
@@ -98,12 +100,14 @@ def overview(
     `extent` says how much of a surface the dots are, `links` are addresses and words of other pages on the surface, and `origin`
     says in pairs where the page is from. `mean` is the mean roughness of the surface, by default that of the dots, whose
     roughness is NaN where it is not known. `reconstructed_from` is the number of dots that the surface was reconstructed from,
-    0 if it was not, and `why` says so, or why there is no roughness.
+    0 if it was not, `chosen_from` that of a large surface of which the page shows these dots, 0 if it shows all, and `why` says
+    so, or why there is no roughness.
     """
     surface, rough, patches = prepared.surface, prepared.roughness, prepared.patches
     facts = {
         "subset": len(kept), "dots": len(surface), "extent": extent,
         "mean": float(rough.mean()) if mean is None else mean, "reconstructed_from": reconstructed_from, "why": why,
+        "chosen_from": chosen_from,
         "r_patch": patches.r_patch, "d_link": patches.d_link,
         "probe": probe,
     }  # fmt: skip
@@ -131,7 +135,8 @@ def overview(
             shown, surface.kind, drawn.nearest, "kind" if colour == "kind" else f"corner {colour}"
         )
         numbers = [*numbers_of_residues(residues)]
-        limit = viewer.MAX_VIEWER_BYTES if links else MAX_EXPLORER_BYTES
+        limit = MAX_LARGE_BYTES if chosen_from else MAX_EXPLORER_BYTES
+        limit = viewer.MAX_VIEWER_BYTES if links else limit
         return around_molecule(fill, drawn.molecule, [drawn.shape], numbers, dots, max_bytes=limit)
     return viewer.around_dots(
         fill, prepared, {"farthest": order}, residues=labels, values=values, minimal=kept, opens=opens or ("all", 0),
