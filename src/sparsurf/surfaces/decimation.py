@@ -2,7 +2,8 @@
 
 The shortest edge goes first, and one of its ends into the other (Hoppe, SIGGRAPH 96:99). An edge may go if its ends have
 exactly two neighbours in common, which keeps the mesh closed, manifold and of the same genus (Dey et al., Publ. Inst. Math.
-66:23, 1999). An edge whose collapse would tilt triangles or make slivers counts as longer.
+66:23, 1999). An edge whose collapse would tilt triangles or make slivers counts as longer, and one
+whose collapse would fold the mesh stays.
 """
 
 from __future__ import annotations
@@ -16,9 +17,19 @@ import numpy as np
 from sparsurf.errors import InputError
 from sparsurf.kernels import njit
 from sparsurf.surfaces.chosen_points import on_steps
+from sparsurf.surfaces.half_edges import (
+    around,
+    mark_neighbours,
+    may_collapse,
+    n_folds,
+    next_edge,
+    remove_start,
+    squared_length,
+    triangle_normal,
+    twins,
+)
 from sparsurf.surfaces.mesh import Mesh, build_mesh
 from sparsurf.surfaces.molecular_surface import MAX_DENSITY
-from sparsurf.surfaces.vectors import cross, point, squared_distance, subtract
 
 MIN_VERTICES = 4
 MIN_REDUCTION = 2.0  # vertices of the fine mesh for each that is left: its own sides are uneven
@@ -29,6 +40,8 @@ MAX_PENALTY = 5.0
 # Twice the area over the square of the longest side, .87 in an equilateral triangle, below which an edge counts as longer. At .1
 # the worst triangles have half the quality; at .5 the mesh lies a sixth farther from the surface.
 SLIVER = 0.3
+# Below this penalty all new triangles face within 60 degrees of the normals of their corners, so that none is folded
+FACING = 1.5
 
 
 def sized_mesh(
@@ -59,7 +72,7 @@ def decimate(mesh: Mesh, n_vertices: int) -> Mesh:
     points, normals = on_steps(mesh.vertices.points), on_steps(mesh.vertices.normals)
     origin = np.array(mesh.triangles, np.int64).ravel()
     dead, alive = _collapse(
-        points, normals, origin, _twins(origin, len(points)), max(n_vertices, MIN_VERTICES)
+        points, normals, origin, twins(origin, len(points)), max(n_vertices, MIN_VERTICES)
     )
     if alive > n_vertices:
         raise InputError(
@@ -74,89 +87,26 @@ def decimate(mesh: Mesh, n_vertices: int) -> Mesh:
     return build_mesh(points, normals, corners.reshape(-1, 3), vertices.kind, vertices.atom)
 
 
-def _twins(origin: np.ndarray, n: int) -> np.ndarray:
-    """Return the opposite half-edge of each; half-edge 3 f + k leads from corner k of triangle f to the next."""
-    target = np.roll(origin.reshape(-1, 3), -1, axis=1).ravel()
-    key = np.minimum(origin, target) * n + np.maximum(origin, target)
-    order = np.argsort(key, kind="stable")
-    twin = np.empty(len(origin), np.int64)
-    twin[order[::2]], twin[order[1::2]] = order[1::2], order[::2]
-    return twin
-
-
-@njit(cache=True, nogil=True)
-def _next(h: int) -> int:
-    """Return the next half-edge of the same triangle."""
-    return h - 2 if h % 3 == 2 else h + 1
-
-
-@njit(cache=True, nogil=True)
-def _around(h: int, twin: np.ndarray) -> int:
-    """Return the next half-edge from the same vertex."""
-    return twin[_next(_next(h))]
-
-
-@njit(cache=True, nogil=True)
-def _squared(points: np.ndarray, u: int, v: int) -> float:
-    """Return the squared distance of two vertices."""
-    return squared_distance(point(points, u), point(points, v))
-
-
-@njit(cache=True, nogil=True)
-def _normal(points: np.ndarray, u: int, v: int, w: int) -> tuple[float, float, float, float]:
-    """Return the unit normal of a triangle and twice its area."""
-    corner = point(points, u)
-    x, y, z = cross(subtract(point(points, v), corner), subtract(point(points, w), corner))
-    size = math.sqrt(x * x + y * y + z * z)
-    inverse = 1.0 / size if size > 0.0 else 0.0
-    return x * inverse, y * inverse, z * inverse, size
-
-
-@njit(cache=True, nogil=True)
-def _mark_neighbours(h: int, origin: np.ndarray, twin: np.ndarray, seen: np.ndarray, stamp: int) -> int:
-    """Mark the neighbours of the start of a half-edge by `stamp`; return their number."""
-    n, e = 0, h
-    while True:
-        seen[origin[twin[e]]] = stamp
-        n += 1
-        e = _around(e, twin)
-        if e == h:
-            return n
-
-
-@njit(cache=True, nogil=True)
-def _may_collapse(h: int, origin: np.ndarray, twin: np.ndarray, seen: np.ndarray, stamp: int) -> bool:
-    """Return whether the ends of an edge have two neighbours in common, and others besides."""
-    common = n_of_v = 0
-    n_of_u = _mark_neighbours(h, origin, twin, seen, stamp)
-    e = twin[h]
-    while True:
-        common += seen[origin[twin[e]]] == stamp
-        n_of_v += 1
-        e = _around(e, twin)
-        if e == twin[h]:
-            break
-    return common == 2 and n_of_u + n_of_v > 6
-
-
 @njit(cache=True, nogil=True)
 def _penalty(h: int, points: np.ndarray, normals: np.ndarray, origin: np.ndarray, twin: np.ndarray) -> float:
     """Return the factor by which an edge counts as longer if its start goes into its end."""
     u, v = origin[h], origin[twin[h]]
     turn = tilt = 1.0
     shape = SLIVER
-    e = _around(h, twin)
+    e = around(h, twin)
     while e != h:
-        x, y = origin[_next(e)], origin[_next(_next(e))]
+        x, y = origin[next_edge(e)], origin[next_edge(next_edge(e))]
         if x != v and y != v:
-            ux, uy, uz, _ = _normal(points, u, x, y)
-            vx, vy, vz, size = _normal(points, v, x, y)
-            longest = max(_squared(points, v, x), _squared(points, x, y), _squared(points, y, v))
+            ux, uy, uz, _ = triangle_normal(points, u, x, y)
+            vx, vy, vz, size = triangle_normal(points, v, x, y)
+            longest = max(
+                squared_length(points, v, x), squared_length(points, x, y), squared_length(points, y, v)
+            )
             shape = min(shape, size / longest)
             turn = min(turn, ux * vx + uy * vy + uz * vz)
             for w in (v, x, y):
                 tilt = min(tilt, normals[w, 0] * vx + normals[w, 1] * vy + normals[w, 2] * vz)
-        e = _around(e, twin)
+        e = around(e, twin)
     return min(MAX_PENALTY, 1.0 + 2.0 * (1.0 - turn) + (1.0 - tilt) + 2.0 * (SLIVER / max(shape, 0.01) - 1.0))
 
 
@@ -169,6 +119,7 @@ def _best_collapse(
     twin: np.ndarray,
     seen: np.ndarray,
     stamp: int,
+    may_fold: bool,
 ) -> tuple[int, float, int]:
     """Return the half-edge by whose collapse an edge goes best, or -1, and its penalty; and the last stamp in `seen`.
 
@@ -176,16 +127,24 @@ def _best_collapse(
     """
     best, least = -1, np.inf
     stamp += 1
-    locked = not _may_collapse(h, origin, twin, seen, stamp)
+    locked = not may_collapse(h, origin, twin, seen, stamp)
     for side in range(2):
         e = end = int(twin[h]) if side else h
         while True:
             stamp += 1
-            if not locked or _may_collapse(e, origin, twin, seen, stamp):
+            if not locked or may_collapse(e, origin, twin, seen, stamp):
                 penalty = _penalty(e, points, normals, origin, twin)
-                if penalty < least:
+                folds = (
+                    not may_fold
+                    and FACING <= penalty < least
+                    and (
+                        n_folds(e, True, points, normals, origin, twin)
+                        > n_folds(e, False, points, normals, origin, twin)
+                    )
+                )
+                if penalty < least and not folds:
                     best, least = e, penalty
-            e = _around(e, twin)
+            e = around(e, twin)
             if e == end or not locked:
                 break
     return best, least, stamp
@@ -213,54 +172,42 @@ def _collapse(
     before = alive + 1
     # entry of the heap that counts, of the lower half-edge of each edge
     latest = np.zeros(len(origin), np.int64)
-    while n_vertices < alive < before:
+    may_fold = False  # only where nothing else makes the mesh coarse enough
+    while alive > n_vertices and (alive < before or not may_fold):
+        may_fold = alive == before
         before = alive
         heap = [(0.0, 0, 0, 0, 0) for _ in range(0)]
         for h in range(len(origin)):
             if not dead[h // 3] and h < twin[h]:
-                heap.append(_entry(h, _squared(points, origin[h], origin[twin[h]]), origin, twin, latest))
+                heap.append(
+                    _entry(h, squared_length(points, origin[h], origin[twin[h]]), origin, twin, latest)
+                )
         heapq.heapify(heap)
         while len(heap) > 0 and alive > n_vertices:
             cost, _, _, h, entry = heapq.heappop(heap)
             if dead[h // 3] or entry != latest[h] or h > twin[h]:
                 continue
             u, v = origin[h], origin[twin[h]]
-            best, least, stamp = _best_collapse(h, points, normals, origin, twin, seen, stamp)
+            best, least, stamp = _best_collapse(h, points, normals, origin, twin, seen, stamp, may_fold)
             if best < 0:
                 continue
-            now = _squared(points, u, v) * least * least
+            now = squared_length(points, u, v) * least * least
             # The penalty is computed when its edge comes up, since most edges change before; a dearer one waits again
             if now > cost:
                 heapq.heappush(heap, _entry(h, now, origin, twin, latest))
                 continue
             h, v = best, origin[twin[best]]
             stamp += 1
-            _mark_neighbours(h, origin, twin, seen, stamp)
-            _remove(h, origin, twin, dead)
+            mark_neighbours(h, origin, twin, seen, stamp)
+            remove_start(h, origin, twin, dead)
             alive -= 1
-            start = e = twin[_next(_next(h))]
+            start = e = twin[next_edge(next_edge(h))]
             while True:
                 w = origin[twin[e]]
                 if seen[w] == stamp:  # the others keep their length
-                    cost = _squared(points, v, w)
+                    cost = squared_length(points, v, w)
                     heapq.heappush(heap, _entry(min(e, twin[e]), cost, origin, twin, latest))
-                e = _around(e, twin)
+                e = around(e, twin)
                 if e == start:
                     break
     return dead, alive
-
-
-@njit(cache=True, nogil=True)
-def _remove(h: int, origin: np.ndarray, twin: np.ndarray, dead: np.ndarray) -> None:
-    """Move the start of a half-edge into its end, and remove the triangles on both sides."""
-    v = origin[twin[h]]
-    e = h
-    while True:
-        origin[e] = v
-        e = _around(e, twin)
-        if e == h:
-            break
-    for side in (h, twin[h]):
-        a, b = twin[_next(side)], twin[_next(_next(side))]
-        twin[a], twin[b] = b, a
-        dead[side // 3] = True

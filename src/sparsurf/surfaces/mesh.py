@@ -21,6 +21,7 @@ from sparsurf.shown import Shown
 from sparsurf.surfaces.components import all_other_centres, centres_of_cavities, enclosed_centres
 from sparsurf.surfaces.dot_placement import checked_spheres, relative_positions
 from sparsurf.surfaces.exact_distance import nearest_centres
+from sparsurf.surfaces.half_edges import unfold
 from sparsurf.surfaces.radii import PROBE_RADIUS
 from sparsurf.surfaces.rolling_probe import (
     ARC_RADIUS,
@@ -215,7 +216,8 @@ def _mesh_of_grid(
     gap, centres, kind, atom = nearest_centres(vertices, rolling, enclosed, limit, threads)
     outward = (centres - vertices) / gap[:, None]
     points = centres - probe * outward + spheres.xyz[0]
-    return build_mesh(points, outward, triangles, kind, spheres.kept[atom])
+    kept, triangles = unfold(points, outward, triangles)
+    return build_mesh(points[kept], outward[kept], triangles, kind[kept], spheres.kept[atom[kept]])
 
 
 @njit(cache=True, nogil=True)

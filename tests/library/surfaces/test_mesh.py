@@ -242,6 +242,22 @@ def test_a_density_is_a_number_of_vertices_per_area(density):
     assert len(mesh.vertices) == pytest.approx(density * area_of_fine_mesh, rel=0.02, abs=1)
 
 
+@pytest.mark.parametrize(
+    "size", [{}, {"density": 1.0}, {"density": 3.0}, {"n_vertices": 1024}, {"n_vertices": 4096}]
+)
+def test_nothing_is_folded(size):
+    """Triangles face along the normals of their corners, and the triangles around a vertex along its own: networks use both."""
+    mesh = sparsurf.mesh(ROOT / "data/tdp43/topology.pdb", **size)
+    a, b, c = (mesh.vertices.points[mesh.triangles[:, k]] for k in range(3))
+    across = np.cross(b - a, c - a)
+    assert (np.sum(across * mesh.vertices.normals[mesh.triangles].sum(axis=1), axis=1) > 0).all()
+    for weighted in (across, across / np.linalg.norm(across, axis=1)[:, None]):
+        of_mesh = np.zeros_like(mesh.vertices.points)
+        np.add.at(of_mesh, mesh.triangles.ravel(), np.repeat(weighted, 3, axis=0))
+        assert (np.sum(of_mesh * mesh.vertices.normals, axis=1) > 0).all()
+    closed(mesh.triangles, len(mesh.vertices))
+
+
 def test_a_mesh_has_the_size_that_is_requested():
     fine = sparsurf.mesh(SPHERES)
     assert len(sparsurf.mesh(SPHERES, 3 * len(fine.vertices)).vertices) == 3 * len(fine.vertices)
