@@ -119,6 +119,7 @@ setup-docs: $(INSTALLED) $(FOR_TEST) $(FOR_DOCS)
 
 docs: setup-docs
 	$(BIN)/python docs/renew.py
+	$(BIN)/python docs/example.py
 	$(BIN)/sphinx-build --quiet --fail-on-warning --keep-going docs docs/_build/html
 	$(BIN)/pytest tests/docs/test_book.py
 

@@ -16,7 +16,7 @@ R = sparsurf.roughness(dots)
 dots.plot(R, name="roughness").set_title("roughness R of each dot")
 
 # %%
-# The mean over the dots of each residue tells which parts of the protein are rough. A gap is a buried residue:
+# The mean over the dots of each residue tells which parts of the protein are rough. A buried residue has no point:
 
 residues = sparsurf.residues(dots, molecule, roughness_values=R)
 fig, ax = plt.subplots(figsize=(8, 3), layout="constrained")

@@ -585,6 +585,9 @@ def _named(kind: str, choice: Choice, function: Any) -> tuple[Choice, Any]:
     who = f"the {KINDS[kind].word} {choice.name!r}{package}"
     if choice.sniff is not None:
         choice = choice._replace(sniff=partial(_call, who, choice.sniff))
+    if kind == "field":  # of which molecule and points are easily exchanged
+        arguments = ("dots",) if choice.takes_dots else KINDS[kind].arguments
+        who += f", which is called with ({', '.join(arguments)}),"
     return choice, partial(_call, who, function) if callable(function) else function
 
 

@@ -7,6 +7,7 @@ from sparsurf.api.about import refuse_missing_matplotlib
 from sparsurf.api.replacing import Companions, refuse_replacing
 from sparsurf.api.writing import SUFFIXES_OF_NUMBERS, DotsToWrite, parse_output, write_dots
 from sparsurf.errors import InputError
+from sparsurf.surfaces.formats.meshes import BY_TRIMESH, import_trimesh
 
 READ_OPTIONS = ("file", "files", "trajectory", "at")  # which can name files
 
@@ -22,6 +23,8 @@ def check(args: argparse.Namespace, formats: tuple[str, ...], companions: Compan
     refuse_replacing(args.output, [file for file in inputs if isinstance(file, str | list)], companions)
     if suffix == ".png":
         refuse_missing_matplotlib(args.output)
+    if suffix in BY_TRIMESH:
+        import_trimesh(args.output)
     if suffix == ".dms" and getattr(args, "fields", None):
         raise InputError(
             f"--fields: {suffix} files cannot store fields; name a file that ends in {', '.join(SUFFIXES_OF_NUMBERS)}."

@@ -118,6 +118,10 @@ def _dots(args: argparse.Namespace, molecule: Molecule) -> writing.DotsToWrite:
     from sparsurf.api.surfaces import surface
     from sparsurf.surfaces.components import columns_of_components, summarize_components
 
+    if "roughness" in options.names_of_requested_fields(args):
+        raise InputError(
+            f"--fields: dots are written without roughness; sparsurf roughness {args.file} writes that of each dot."
+        )
     rules = options.placement_options(args, _cavities(args))
     bare = surface(molecule, frame=args.frame or 0, density=args.density or "auto", **rules)
     dots = options.with_requested_fields(args, bare, molecule)

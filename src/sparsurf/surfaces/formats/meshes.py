@@ -6,6 +6,7 @@ import base64
 import importlib
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -34,6 +35,17 @@ VTP = """\
 """
 
 
+def import_trimesh(path: Path | str) -> Any:
+    """Return the package that writes meshes of a suffix; raise InputError, which names the file, if it is not installed."""
+    try:
+        return importlib.import_module("trimesh")
+    except ImportError:
+        raise InputError(
+            f"{path}: {Path(path).suffix} files are written by trimesh, which is not installed: run pip install "
+            "'sparsurf[meshes]', or name a .ply, .vtp or .npz file."
+        ) from None
+
+
 def write_by_trimesh(
     path: Path | str,
     points: np.ndarray,
@@ -42,13 +54,7 @@ def write_by_trimesh(
     colours: np.ndarray | None = None,
 ) -> None:
     """Write a mesh of vertices (V, 3), Å, with normals (V, 3) and colours (V, 3) uint8, in the format of the suffix."""
-    try:
-        trimesh = importlib.import_module("trimesh")
-    except ImportError:
-        raise InputError(
-            f"{Path(path).suffix} files are written by trimesh, which is not installed: run pip install 'sparsurf[meshes]', or "
-            "name a .ply, .vtp or .npz file."
-        ) from None
+    trimesh = import_trimesh(path)
     mesh = trimesh.Trimesh(points, triangles, vertex_normals=normals, vertex_colors=colours, process=False)
     suffix = Path(path).suffix.lower().removeprefix(".")
     options = {"include_normals": True} if suffix in ("obj", "glb") else {}
