@@ -43,13 +43,13 @@ def errors_of(
     of_cover: Sequence[float],
     requested_errors: Sequence[float],
     streams: Streams,
-    with_atoms: bool = False,
-    with_shapes: bool = False,
+    more: bool = False,
 ) -> Iterator[dict]:
     """Measure the errors of one surface: rows with sampler, model, requested (dots per Å^2, or 'error'), density and `ERRORS`.
 
     The errors are distances (Å) of independent dots of the whole surface to the reconstructed one: mean, 99 % and largest; and
-    exact distances of the dots of the reconstructed surface from the true one (back). `with_shapes` adds `SHAPES`.
+    exact distances of the dots of the reconstructed surface from the true one (back). `SHAPES` are compared for chosen dots by
+    the spheres. `more` adds those of all other rows and the errors of the atoms.
     """
     prepared = PreparedSurface(surface, Settings(), None, streams)
     trials = {
@@ -59,7 +59,7 @@ def errors_of(
     test, true = trials[FARTHEST].test_surface, trials[FARTHEST].rolled
     assert test is not None and true is not None
     dense = true.surface(DENSITY_FOR_SPHERES)
-    true_shape = shape_of(dense.points, dense.normals) if with_shapes else None
+    true_shape = shape_of(dense.points, dense.normals)
 
     def rows(sampler: str, requested: float | str, dots: np.ndarray, models: Sequence[str]) -> Iterator[dict]:
         few = trials[sampler].few(dots)
@@ -68,7 +68,7 @@ def errors_of(
             found = reconstruct(few, density, model if model == INTERPOLANT else AUTO)
             row = {"sampler": sampler, "model": model, "requested": requested}
             row |= {"density": len(dots) / prepared.area, "share": found.share}
-            if true_shape is not None:
+            if more or (sampler, model) == (COVER, SPHERES):
                 row |= compared(shape_of(found.points, found.normals), true_shape)
             yield row | errors_both_ways((test.points, test.normals), found.points, found.normals, true)
 
@@ -81,7 +81,7 @@ def errors_of(
         settings = Settings(minimal=Minimal(error=error))
         few = represent(surface, settings, streams, surface.molecule).subset
         yield from rows(few.sampler, f"error {error:g}", few.dots, [few.model])
-    if with_atoms:
+    if more:
         yield errors_of_atoms(surface, test, true)
 
 
@@ -160,7 +160,7 @@ def measure_spheres(job: Job) -> None:
         more = name in params.measured_more
         densities = sorted([*params.densities, *(params.more_densities if more else [])])
         requested = params.of_cover, params.requested_errors
-        rows = errors_of(surface, densities, *requested, streams, more, params.shapes)
+        rows = errors_of(surface, densities, *requested, streams, more)
         found += [known | row for row in rows]
         pd.DataFrame(found).to_csv(job.output.errors, index=False)
 
@@ -179,7 +179,10 @@ def means(table: pd.DataFrame) -> pd.DataFrame:
         row |= {"fewest_atoms": part["atoms"].min(), "most_atoms": part["atoms"].max()}
         row["density"] = part["density"].mean()
         for name in (name for name in (*ERRORS, *SHAPES) if name in table):
-            of_structures = estimate(part[name].to_numpy()[None])
+            known = part[name].dropna()
+            if known.empty:
+                continue
+            of_structures = estimate(known.to_numpy()[None])
             row |= {
                 name: of_structures.mean,
                 f"{name}_low": of_structures.low,

@@ -89,16 +89,19 @@ rule draw_recovery:
         "../measure.py"
 
 
-# On all chains, evenly spread dots alone are measured
 SPHERES_GROUPS = {
     "chains": config["spheres"]["chains"],
     "with hydrogens": config["spheres"]["with_hydrogens"],
-    "all chains": names_in_set(STRUCTURES, "chains")[:: config["spheres"]["all"]["every"]],
+    "all chains": names_in_set(STRUCTURES, "chains")[
+        config["spheres"]["all"]["first"] :: config["spheres"]["all"]["every"]
+    ],
+    "others": config["spheres"]["others"],
 }
 SPHERES_MEASURED_MORE = {
     "chains": config["spheres"]["chains"][:: config["spheres"]["more"]["every"]],
     "with hydrogens": config["spheres"]["with_hydrogens"],
     "all chains": [],
+    "others": [],
 }
 SPHERES_PARTS = {
     f"{group.replace(' ', '_')}_{k}": (group, names[k :: config["spheres"]["parts"]])
@@ -132,7 +135,6 @@ rule measure_spheres:
         measured_more=lambda wildcards: SPHERES_MEASURED_MORE[spheres_group(wildcards)],
         of_cover=lambda wildcards: config["spheres"]["of_cover"][spheres_group(wildcards)],
         requested_errors=lambda wildcards: config["spheres"]["errors"][spheres_group(wildcards)],
-        shapes=lambda wildcards: spheres_group(wildcards) in config["spheres"]["shapes"],
         seed=config["seed"],
     message:
         "Errors of the interpolant and of the spheres: {wildcards.part}"
