@@ -41,31 +41,39 @@ class Measured(NamedTuple):
 MEASURED_FROM, MEASURED_TO = 0.15, 2.4  # dots per Å^2, of evenly spread dots
 ROUNDING_OF_DENSITY = 1e-9  # relative, of a density from `density_for`
 # Å, for which dots that touch every exposed atom were measured: few more than that touch each twice
-LARGEST_REQUEST = 0.02
+LARGEST_REQUEST = 0.05
 # By sampler, model, and whether the molecules have explicit hydrogens: evidence/tables/spheres_means.csv, in three digits
 MEASURED = {
     (FARTHEST, INTERPOLANT, False): Measured(
         (0.15, 0.25, 0.3, 0.4, 0.6, 1.2, 2.4),
-        (0.0882, 0.0486, 0.0397, 0.0289, 0.0185, 0.00895, 0.00502),
-        (0.434, 0.245, 0.206, 0.158, 0.107, 0.0596, 0.0322),
+        (0.0851, 0.0471, 0.0385, 0.028, 0.0178, 0.00818, 0.00388),
+        (0.434, 0.226, 0.189, 0.145, 0.0988, 0.0545, 0.0293),
     ),
     (FARTHEST, SPHERES, False): Measured(
         (0.15, 0.25, 0.3, 0.4, 0.6, 1.2, 2.4),
-        (0.0422, 0.0116, 0.00738, 0.00437, 0.00267, 0.00219, 0.00197),
-        (0.363, 0.155, 0.114, 0.0748, 0.0392, 0.0238, 0.0162),
+        (0.033, 0.00898, 0.00541, 0.00275, 0.00096, 0.000676, 0.000424),
+        (0.354, 0.141, 0.105, 0.0671, 0.0254, 0.00461, 0.000937),
     ),
-    (COVER, SPHERES, False): Measured((0.173, 0.24), (0.00389, 0.00182), (0.0521, 0.013)),
+    (COVER, SPHERES, False): Measured(
+        (0.123, 0.133, 0.144, 0.24),
+        (0.00751, 0.00244, 0.000585, 0.000141),
+        (0.191, 0.0738, 0.0139, 0.00185),
+    ),
     (FARTHEST, INTERPOLANT, True): Measured(
         (0.15, 0.25, 0.3, 0.4, 0.6, 1.2, 2.4),
-        (0.105, 0.057, 0.0459, 0.0337, 0.0219, 0.0109, 0.00613),
-        (0.474, 0.282, 0.224, 0.175, 0.12, 0.0629, 0.0372),
+        (0.1, 0.0549, 0.0444, 0.0326, 0.0211, 0.0102, 0.00508),
+        (0.474, 0.265, 0.207, 0.16, 0.11, 0.0577, 0.0346),
     ),
     (FARTHEST, SPHERES, True): Measured(
         (0.15, 0.25, 0.3, 0.4, 0.6, 1.2, 2.4),
-        (0.083, 0.0221, 0.0135, 0.00698, 0.00403, 0.00266, 0.00236),
-        (0.444, 0.205, 0.149, 0.0925, 0.0601, 0.0326, 0.0226),
+        (0.0718, 0.0185, 0.0111, 0.00574, 0.00232, 0.000483, 0.000205),
+        (0.451, 0.189, 0.137, 0.0918, 0.0515, 0.0127, 0.00317),
     ),
-    (COVER, SPHERES, True): Measured((0.288, 0.31), (0.00393, 0.00293), (0.0415, 0.0352)),
+    (COVER, SPHERES, True): Measured(
+        (0.193, 0.21, 0.226, 0.31),
+        (0.00563, 0.00226, 0.000665, 0.000182),
+        (0.142, 0.0706, 0.0198, 0.00331),
+    ),
 }
 
 
@@ -112,7 +120,7 @@ def density_for(
     >>> import sparsurf
     >>> ways = {}, {"model": "spheres"}, {"sampler": "cover"}
     >>> [round(sparsurf.density_for(0.02, **way), 2) for way in ways]
-    [0.56, 0.2, 0.17]
+    [0.54, 0.18, 0.13]
     """
     error = DISTANCE.check(error, "error")
     law = _law(hydrogens, sampler, model)
