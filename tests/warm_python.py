@@ -185,6 +185,9 @@ def run(arguments):
     sys.argv[:] = arguments
     if sys.argv[0] != "-m":
         note_opened_files(OPENED)
+    for folder in os.environ.get("PYTHONPATH", "").split(os.pathsep):  # as a new Python does
+        if os.path.isfile(own := os.path.join(folder, "sitecustomize.py")):
+            runpy.run_path(own)
     try:
         if sys.argv[0] == "-m":
             del sys.argv[0]

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import threading
+import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -13,6 +15,7 @@ from threadpoolctl import ThreadpoolController
 
 Task = TypeVar("Task")
 TaskResult = TypeVar("TaskResult")
+SECONDS_BETWEEN_LOOKS_AT_PARENT = 1.0
 
 
 def ignore_numba_threads() -> None:
@@ -35,8 +38,8 @@ def in_processes(
 ) -> Iterator[TaskResult]:
     """Yield the results of a function of each task in order, from several processes; few of them wait at a time.
 
-    Each process calls `initializer` with `arguments` first. If the iterator is closed or interrupted, tasks that wait are
-    cancelled.
+    Each process calls `initializer` with `arguments` first, and ends with this one, also where this one is killed. If the
+    iterator is closed or interrupted, tasks that wait are cancelled.
     """
     import multiprocessing  # here: one process needs no others
     from concurrent.futures import Future, ProcessPoolExecutor
@@ -44,7 +47,7 @@ def in_processes(
     methods = multiprocessing.get_all_start_methods()
     context = multiprocessing.get_context("fork" if "fork" in methods else None)
     waiting: deque[Future[TaskResult]] = deque()
-    with ProcessPoolExecutor(jobs, context, initializer, arguments) as pool:
+    with ProcessPoolExecutor(jobs, context, _begin_process, (os.getpid(), initializer, arguments)) as pool:
         try:
             for task in tasks:
                 waiting.append(pool.submit(function, task))
@@ -55,6 +58,19 @@ def in_processes(
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
             raise
+
+
+def _begin_process(parent: int, initializer: Callable[..., None] | None, arguments: tuple[Any, ...]) -> None:
+    """Begin a process of a pool, which would wait for tasks for ever where its parent was killed."""
+
+    def end_with_parent() -> None:
+        while os.getppid() == parent:
+            time.sleep(SECONDS_BETWEEN_LOOKS_AT_PARENT)
+        os._exit(1)
+
+    threading.Thread(target=end_with_parent, daemon=True).start()
+    if initializer is not None:
+        initializer(*arguments)
 
 
 def bytes_of_memory() -> float:

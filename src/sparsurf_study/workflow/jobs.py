@@ -84,6 +84,8 @@ class _FinalNames(logging.Formatter):
 def job(snakemake: Any) -> Iterator[Job]:
     """Run a script: its output goes to the log of the rule, and an error ends it with one sentence (traceback in the log)."""
     try:
+        # another file, as the job of a killed Snakemake may still write into the earlier one
+        Path(snakemake.log[0]).unlink(missing_ok=True)
         # by lines, so that the terminal and a reader of the log follow a running job
         log = open(snakemake.log[0], "w", encoding="utf-8", buffering=1)  # noqa: SIM115, closed below
     except OSError as error:

@@ -4,10 +4,8 @@ import html
 import os
 import re
 import shutil
-import signal
 import subprocess
 import threading
-import time
 from functools import partial
 from hashlib import sha256
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
@@ -122,29 +120,6 @@ def test_the_library_of_the_checkout_wins_over_an_installed_one(tmp_path):
         [call[0], "-c", start, tmp_path, *call[3:]], capture_output=True, text=True, check=False
     )
     assert process.returncode == 0, output(process)
-
-
-def test_a_run_that_is_killed_twice_continues_to_the_same_bytes(study, tmp_path):
-    folder = tmp_path / "killed"
-    config, targets = study_of_one(folder, "moving"), [f"{FIRST}/ranges.csv", f"{FIRST}/minimal.csv"]
-    for stage in ("surface.npz", "grid.csv"):
-        process = subprocess.Popen(
-            command(folder, config, "--nolock", *targets),
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-            start_new_session=True,
-        )
-        deadline = time.monotonic() + 300
-        while not (folder / FIRST / stage).exists() and process.poll() is None:
-            assert time.monotonic() < deadline
-            time.sleep(0.02)
-        assert process.poll() is None
-        os.killpg(process.pid, signal.SIGKILL)
-        process.wait()
-    process = snakemake(folder, config, "--nolock", *targets)
-    assert process.returncode == 0, output(process)
-    files = files_of(folder / FIRST, ("csv", "npz", "json", "ply", "pdb", "dms", "md"))
-    assert len(files) > 12 and files == {path: (study / FIRST / path).read_bytes() for path in files}
 
 
 def test_a_protein_is_sampled_or_not_by_its_own_key_or_by_that_of_all(tmp_path):
