@@ -47,6 +47,7 @@ __all__ = ["MAX_ROWS", "MAX_SHOWN", "warned", "write_front"]
 FRONT_TEMPLATE = "front.html.j2"
 ANSWERS = "answers.txt.j2"
 MAX_PROTEINS = 6  # that the heading names
+PAPER_FOLDER = "data/tdp43/"  # of the paper's protein, whose page begins with the paper's question
 
 
 def write_front(
@@ -74,6 +75,7 @@ def write_front(
         FRONT_TEMPLATE,
         lengths,
         **values,
+        is_own=values["paper"] is None and not any(PAPER_FOLDER in path for path in origin.inputs),
         without=list(exclude.items()),
         broken=broken,
         warnings=warned(Path(page).with_name("warnings.csv"), run.shown),

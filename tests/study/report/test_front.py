@@ -104,6 +104,18 @@ def test_the_card_of_the_dots_says_how_many_atoms_determine_the_surface(tmp_path
     assert sentence in page.words and path in page.links and any(sentence in answer for answer in answers)
 
 
+@pytest.mark.parametrize(
+    ("structure", "is_own"), [("my/protein.pdb", True), ("data/tdp43/topology.pdb", False)]
+)
+def test_the_page_of_a_protein_of_the_reader_begins_with_its_residues(tmp_path, structure, is_own):
+    files = [*write_run(tmp_path), "p/c1/residues.csv"]
+    residues = pd.DataFrame({"chain": ["A"], "residue": "7", "residue_name": "ALA", "mean_roughness": 0.6})
+    residues.assign(area=12.4, dots=70).to_csv(tmp_path / "p/c1/residues.csv", index=False)
+    write_front(tmp_path / "index.html", files, {}, origin=RunOrigin(inputs=[structure]))
+    text = page_of(tmp_path).words
+    assert (text.index("Which residues are rough?") < text.index("Better than a random subset?")) == is_own
+
+
 def test_the_answer_that_counts_is_the_first_and_the_best_combination_has_one_value_everywhere(tmp_path):
     files = write_run(tmp_path)
     answers = write_front(tmp_path / "index.html", files, {})
