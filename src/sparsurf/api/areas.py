@@ -206,7 +206,7 @@ def areas(
     xyz, of_molecule = atoms.xyz[frame].round(3), atoms if isinstance(atoms, Molecule) else None
     chain = np.zeros(len(atom_radii), int) if of_molecule is None else of_molecule.chain
     if of_molecule is not None:
-        _refuse_overlapping_chains(of_molecule, xyz)
+        refuse_overlapping_chains(of_molecule, xyz)
     computed = areas_of_spheres(xyz, atom_radii, probe_radius, chain)
     return Areas(
         computed.accessible,
@@ -226,7 +226,7 @@ def maximal_areas(residue_name: np.ndarray) -> np.ndarray:
     )
 
 
-def _refuse_overlapping_chains(molecule: Molecule, xyz: np.ndarray) -> None:
+def refuse_overlapping_chains(molecule: Molecule, xyz: np.ndarray) -> None:
     """Raise InputError if atoms of two chains have the same position: which chain buries which cannot be said."""
     if len(np.unique(molecule.chain)) == 1:
         return

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from sparsurf import kinds
+from sparsurf.api.areas import maximal_areas, refuse_overlapping_chains
 from sparsurf.api.field_values import check_fields
 from sparsurf.api.inputs import MoleculeLike, as_molecule, opened_source
 from sparsurf.api.parts import (
@@ -47,6 +48,7 @@ from sparsurf.progress import Progress
 from sparsurf.settings import Settings
 from sparsurf.streams import Streams
 from sparsurf.suggestions import did_you_mean, public
+from sparsurf.surfaces.areas import areas_of_frame
 from sparsurf.surfaces.components import columns_of_components, summarize_components, without_cavities
 from sparsurf.surfaces.molecular_surface import RolledFrame
 from sparsurf.surfaces.radii import PROBE_RADIUS
@@ -61,7 +63,8 @@ if TYPE_CHECKING:
 FORMATS = kinds.suffixes("frames")
 FRAMES_PER_PART = 10  # that are stored together, and computed again after a stop
 OF_FRAMES = ("xyz", "time_ps", "frame_number")  # arrays of a molecule with a row for each frame
-RESIDUE_COLUMNS = ("area", "mean_roughness", "depth")
+EXACT_AREAS = ("accessible", "relative", "buried")
+RESIDUE_COLUMNS = ("area", "mean_roughness", "depth", *EXACT_AREAS)
 RANKED_QUANTITIES = tuple(
     name.removeprefix("mean_") for name in RESIDUE_COLUMNS
 )  # by which residues are ranked without a field
@@ -153,8 +156,9 @@ def frames(
     cavities : {'keep', 'remove'}
         Whether the walls of closed cavities inside the molecule count (default 'keep').
     rank : str or callable
-        What the residues are ranked by: 'roughness' (the default), 'area', 'depth', or any field, which is measured as well if
-        `fields` leaves it out. Areas rank large residues first, since these have more area that can change.
+        What the residues are ranked by: 'roughness' (the default), 'area', 'depth', 'accessible', 'relative', 'buried', or any
+        field, which is measured as well if `fields` leaves it out. Areas rank large residues first, since these have more area
+        that can change.
     rank_by : {'sd', 'range'}
         Whether the standard deviation over the frames counts, or the highest minus the lowest value (default 'sd').
     jobs : int
@@ -165,8 +169,9 @@ def frames(
     FrameTables or None
         `residues`, with a row for each residue in each frame: frame (its position in the file, from 0), time_ps (NaN where the
         file has no times), chain, residue, residue_name, area (Å^2), mean_roughness (1 is flat, 0 is rough; NaN where the
-        residue is buried), depth (Å) and the mean of each field. `frames`, with a row for each frame: frame, time_ps, area
-        (Å^2), volume (Å^3), components, cavities, dots and mean_roughness. `ranking`, with a row for each residue, the one that
+        residue is buried), depth (Å), accessible (Å^2), relative, buried (Å^2) and the mean of each field. `frames`, with a row
+        for each frame: frame, time_ps, area (Å^2), volume (Å^3), components, cavities, dots, mean_roughness, accessible and
+        buried (Å^2). `ranking`, with a row for each residue, the one that
         changes most first: chain, residue, residue_name, quantity (the column of `residues` that it is ranked by), and mean, sd
         (standard deviation; NaN of fewer than two values), lowest, highest and range of that column over the frames in which it
         has a value, of which there are `frames`: a buried residue has no roughness. None if `path` is given: memory then does
@@ -180,7 +185,9 @@ def frames(
 
     Notes
     -----
-    The numbers of a frame are those of `residues(surface(molecule, frame=...))`.
+    The numbers of a frame are those of `residues(surface(molecule, frame=...))`, and its exact areas `accessible`, `relative` and
+    `buried` (by other chains) those of `areas(molecule, frame=...)`, except that `cavities="remove"` takes the walls of cavities
+    out of the accessible area.
 
     Examples
     --------
@@ -316,7 +323,8 @@ def part_of_frames(molecule: Molecule, request: FramesRequest, first: int, last:
         frame = surface_of_frame(molecule, position, atom_radii, settings, Streams(name="frames"), threads)
         table = residues_of_frame(frame, request, atom_radii, request.columns)
         parts = summarize_components(columns_of_components(frame.surface, frame.component))
-        columns = frame.columns | parts | {"dots": len(frame.surface)}
+        sums = {name: table[name].sum() for name in ("accessible", "buried")}
+        columns = frame.columns | parts | sums | {"dots": len(frame.surface)}
         rows.append([columns[name] for name in FRAME_COLUMNS])
         tables.append(table.to_numpy(float))
     return Part(np.array(rows, float), np.array(tables))
@@ -338,6 +346,15 @@ def residues_of_frame(
     )
     if "depth" in columns:
         table["depth"] = _depth(frame.rolled.surface(DENSITY), frame.rolled, molecule, xyz)
+    if not {*EXACT_AREAS}.isdisjoint(columns):
+        if (
+            len(frame.rolled.kept) < molecule.n_atoms
+        ):  # the probe rolls over one of several atoms in one place
+            refuse_overlapping_chains(molecule, xyz)
+        areas = areas_of_frame(frame.rolled, molecule.chain)
+        for name in ("accessible", "buried"):
+            table[name] = np.bincount(molecule.residue_index, getattr(areas, name), len(table))
+        table["relative"] = table["accessible"] / maximal_areas(table["residue_name"].to_numpy(str))
     return table[[*columns]]
 
 
@@ -391,7 +408,7 @@ def _read_part(file: Path) -> Part:
 
 def _digests(molecule: Molecule, request: FramesRequest, bounds: list[tuple[int, int]]) -> Iterator[Any]:
     """Yield for each part a hash of all that its numbers follow from."""
-    of_all = digest_of_arguments(request.rules, fields=request.fields)
+    of_all = digest_of_arguments(request.rules, request.columns, FRAME_COLUMNS, fields=request.fields)
     for name in (field.name for field in dataclasses.fields(molecule)):
         if name not in (*OF_FRAMES, "files"):
             of_all.update(f"{name} {np.asarray(getattr(molecule, name)).tolist()}".encode())

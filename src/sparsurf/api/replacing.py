@@ -21,7 +21,7 @@ OF_MSMS = b"# MSMS solvent excluded surface "
 AREAS_OF_MSMS = b" Atom#"
 COLUMNS_OF_MSMS = {".vert": (9, 10), ".face": (5,)}
 OWN_PAGE = b'<meta name="generator" content="sparsurf '
-FRAME_COLUMNS = ("area", "volume", "components", "cavities", "dots", "mean_roughness")
+FRAME_COLUMNS = ("area", "volume", "components", "cavities", "dots", "mean_roughness", "accessible", "buried")
 COLUMNS_OF_FRAMES = ("frame", "time_ps", *FRAME_COLUMNS)  # of the table of frames
 COLUMNS_OF_CHANGES = ("quantity", "frames", "mean", "sd", "lowest", "highest", "range")
 COLUMNS_OF_RANKING = (
@@ -101,7 +101,9 @@ def beside_mesh(path: str | Path) -> Companions:
 def beside_frames(path: str | Path) -> Companions:
     """Return the files of the tables of frames and of ranked residues; one with the columns of such a table may be replaced."""
     return {
-        path_of_frames(path): partial(_has_columns, columns=COLUMNS_OF_FRAMES),
+        path_of_frames(path): lambda file: (
+            _has_columns(file, COLUMNS_OF_FRAMES) or _has_columns(file, COLUMNS_OF_FRAMES[:-2])  # of 4.0.0
+        ),
         path_of_frames(path, "ranking"): partial(_has_columns, columns=COLUMNS_OF_RANKING),
     }
 

@@ -22,10 +22,12 @@ EXAMPLES = """\
 FILE is the structure of the trajectory, or a file with several models. The
 table has a row for each residue in each frame: frame (its position in the
 file, from 0), time_ps, chain, residue, residue_name, area (Å^2),
-mean_roughness (1 is flat, 0 is rough; blank for a buried residue), depth (Å)
-and the mean of each field. Two more tables are written next to run.csv, where
+mean_roughness (1 is flat, 0 is rough; blank for a buried residue), depth (Å),
+the exact areas of `sparsurf areas` (accessible, relative, buried) and the mean
+of each field. Two more tables are written next to run.csv, where
 they replace only such tables. run_frames.csv has a row for each frame: area
-(Å^2), volume (Å^3), components, cavities, dots and mean_roughness.
+(Å^2), volume (Å^3), components, cavities, dots, mean_roughness, accessible and
+buried (Å^2).
 run_ranking.csv has a row for each residue, and the residue whose roughness
 changes most over the frames comes first; --rank and --rank-by choose another
 column or field, and the range in place of the standard deviation.

@@ -187,7 +187,7 @@ def add_colours(parser: argparse._ActionsContainer) -> None:
 
 def add_ranking(parser: argparse._ActionsContainer) -> None:
     """Add the options by which the residues of a trajectory are ranked."""
-    help_text = f"rank residues by how much this changes: {RANK} (default), area, depth, or any field"
+    help_text = f"rank residues by how much this changes: {RANK} (default), another column, such as area or buried, or any field"
     parser.add_argument("--rank", metavar="NAME", help=help_text)
     help_text = f"rank by the standard deviation over the frames, or by the highest minus the lowest value (default {RANK_BY})"
     parser.add_argument("--rank-by", choices=RANKINGS, help=help_text)

@@ -16,11 +16,12 @@ theta, a concave triangle by nearest centre. Lengths in Å, areas in Å^2, angle
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from sparsurf.kernels import njit
+from sparsurf.surfaces.components import enclosed_centres
 from sparsurf.surfaces.dot_placement import (
     at_least_one_probe,
     band_area,
@@ -61,6 +62,9 @@ from sparsurf.surfaces.vectors import (
     vector_at,
 )
 
+if TYPE_CHECKING:
+    from sparsurf.surfaces.molecular_surface import RolledFrame
+
 POLE = (0.36, 0.48, 0.8)  # of the cones, a unit vector in no special direction
 LONGEST_PIECE = 2.0  # rad, of an arc under one cone; the ends of a longer one may lie opposite to each other
 NO_SOLID_ANGLE = 1e-6  # sr; below it, one direction decides whether a sphere is covered or free
@@ -80,14 +84,32 @@ def areas_of_spheres(
     xyz: np.ndarray, radii: np.ndarray, probe: float, chain: np.ndarray, with_excluded: bool = True
 ) -> AtomAreas:
     """Compute the areas of spheres at `xyz` (A, 3) with `radii`, Å, which belong to the chains `chain` (A,)."""
-    areas = AtomAreas(*np.zeros((3, len(xyz))))
     xyz, radii, kept = checked_spheres(xyz, radii, probe)
     rolling = roll(np.add(*relative_positions(xyz)), radii + probe)
-    accessible = accessible_areas(rolling, no_enclosed_centres(rolling))
-    areas.accessible[kept] = accessible
-    areas.buried[kept] = _buried_areas(rolling, accessible, chain[kept])
+    areas = _areas_of_rolling(rolling, kept, chain)
     if with_excluded:
-        areas.excluded[kept] = _excluded_areas(rolling, accessible, probe)
+        areas.excluded[kept] = _excluded_areas(rolling, areas.accessible[kept], probe)
+    return areas
+
+
+def areas_of_frame(frame: RolledFrame, chain: np.ndarray) -> AtomAreas:
+    """Compute the areas of atoms of the chains `chain` (A,) on a probe that is rolled already, without the excluded ones.
+
+    Where walls of cavities are removed, they are no part of the accessible area.
+    """
+    rolling, atom = frame.rolled.rolling, frame.kept[frame.rolled.by_position]
+    areas = _areas_of_rolling(rolling, atom, chain)
+    if frame.cavities == "remove":
+        areas.accessible[atom] = accessible_areas(rolling, enclosed_centres(rolling))
+    return areas
+
+
+def _areas_of_rolling(rolling: Rolling, atom: np.ndarray, chain: np.ndarray) -> AtomAreas:
+    """Compute the accessible and buried areas of atoms of the chains `chain` (A,), of which `atom` (K,) were rolled over."""
+    areas = AtomAreas(*np.zeros((3, len(chain))))
+    accessible = accessible_areas(rolling, no_enclosed_centres(rolling))
+    areas.accessible[atom] = accessible
+    areas.buried[atom] = _buried_areas(rolling, accessible, chain[atom])
     return areas
 
 
@@ -133,9 +155,9 @@ def _triangle(a: Vector, b: Vector, c: Vector) -> float:
 
 @njit(cache=True, nogil=True)
 def _cone(axis: Vector, height: float, e1: Vector, e2: Vector, low: float, high: float) -> float:
-    """Return the signed area between the pole and an arc of a circle on the unit spposition, outside of its cap on the left.
+    """Return the signed area between the pole and an arc of a circle on the unit sphere, outside of its cap on the left.
 
-    The cap lies beyond `height` along the axis. Positions on the circle are height axis + r (cos phi e1 + sin phi e2), wposition
+    The cap lies beyond `height` along the axis. Positions on the circle are height axis + r (cos phi e1 + sin phi e2), where
     e2 = e1 x axis.
     """
     radius = math.sqrt(max(0.0, 1 - height * height))

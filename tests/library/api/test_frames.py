@@ -53,6 +53,28 @@ def test_the_numbers_of_a_frame_are_those_of_its_surface(seven):
             np.testing.assert_allclose(table[name], alone[name], rtol=1e-12)
 
 
+def test_the_areas_of_a_frame_are_exact(seven):
+    """Of two chains, whose contact is not the same in all models."""
+    tables = sparsurf.frames(seven)
+    for k in (0, 6):
+        exact, table = sparsurf.areas(seven, frame=k), tables.residues[tables.residues["frame"] == k]
+        for name in ("accessible", "relative", "buried"):
+            np.testing.assert_allclose(table[name], exact.residues[name], atol=1e-9)
+        for name in ("accessible", "buried"):
+            assert tables.frames[name][k] == pytest.approx(exact.chains[name].sum())
+    assert tables.frames["buried"].nunique() == 7 and (tables.frames["buried"] > 1).all()
+
+
+def test_accessible_areas_follow_the_rule_of_cavities():
+    """Against the area of dots at the centres of the probe, which fits into four cavities of the peptide."""
+    molecule, exact, of_dots = sparsurf.read_molecule(TDP43 / "topology.pdb"), [], []
+    for rule in ("keep", "remove"):
+        exact.append(sparsurf.frames(molecule, cavities=rule).frames["accessible"][0])
+        dots = sparsurf.surface(molecule, boundary="accessible", cavities=rule, density=40)
+        of_dots.append(dots.area.sum())
+    assert exact[0] - exact[1] == pytest.approx(of_dots[0] - of_dots[1], rel=0.2) and exact[0] > exact[1] + 1
+
+
 @pytest.mark.parametrize("suffix", [".csv", ".parquet"])
 def test_a_stopped_run_continues_to_the_same_bytes(seven, tmp_path, monkeypatch, suffix):
     """Stopped in the second part; the first is not measured again."""
@@ -140,6 +162,16 @@ def test_parts_of_another_trajectory_are_not_taken(seven, tmp_path, monkeypatch,
     sparsurf.frames(molecule, path=tmp_path / "alone.csv")
     for end in ("", "_frames"):
         assert (tmp_path / f"run{end}.csv").read_bytes() == (tmp_path / f"alone{end}.csv").read_bytes()
+
+
+def test_parts_with_other_columns_are_not_taken(seven, tmp_path, monkeypatch):
+    """What a stopped run of an older version left behind has other columns."""
+    with monkeypatch.context() as older:
+        older.setattr(api, "RESIDUE_COLUMNS", api.RESIDUE_COLUMNS[::-1])
+        stop_before_writing(older, seven, tmp_path / "run.csv")
+    sparsurf.frames(seven, path=tmp_path / "run.csv")
+    found = pd.read_csv(tmp_path / "run.csv")
+    np.testing.assert_allclose(found["area"], sparsurf.frames(seven).residues["area"], rtol=1e-8)
 
 
 def lowest(molecule, points):

@@ -34,6 +34,9 @@ NAMED_COLUMNS = {
     "area": Quantity("area", "Å²", 0, ("small", "large")),
     ROUGHNESS_COLUMN: Quantity("mean roughness", "", 2, ("rough", "flat")),
     "depth": Quantity("depth", "Å", 1, ("outside", "deep")),
+    "accessible": Quantity("accessible area", "Å²", 0, ("small", "large")),
+    "relative": Quantity("relative accessible area", "", 2, ("buried", "exposed")),
+    "buried": Quantity("area buried by other chains", "Å²", 0, ("small", "large")),
 }
 
 
