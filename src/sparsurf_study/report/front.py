@@ -104,7 +104,7 @@ def values_of_front(
         "batches": of_batches(batches),
         "paper": of_paper(run),
         "grid": grid,
-        "dots": of_dots(run) if few else None,
+        "dots": of_dots(run, minimal) if few else None,
         "request": requested_subset(minimal),
         "changes": changes,
         "pairs": pairs,

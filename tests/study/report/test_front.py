@@ -113,7 +113,9 @@ def test_the_page_of_a_protein_of_the_reader_begins_with_its_residues(tmp_path, 
     residues.assign(area=12.4, dots=70).to_csv(tmp_path / "p/c1/residues.csv", index=False)
     write_front(tmp_path / "index.html", files, {}, origin=RunOrigin(inputs=[structure]))
     text = page_of(tmp_path).words
-    assert (text.index("Which residues are rough?") < text.index("Better than a random subset?")) == is_own
+    is_asked = page_of(tmp_path).find("h1")[0].text.startswith("Which dots")
+    assert is_asked != is_own
+    assert (text.index("Which residues are rough?") < text.index("better than random dots?")) == is_own
 
 
 def test_the_answer_that_counts_is_the_first_and_the_best_combination_has_one_value_everywhere(tmp_path):
@@ -121,14 +123,12 @@ def test_the_answer_that_counts_is_the_first_and_the_best_combination_has_one_va
     answers = write_front(tmp_path / "index.html", files, {})
     condition = "all but the largest island are removed"
     assert answers == [
-        f"The sampling beats a random subset in none of 4 ranges of subset size if {condition} once, on the full surface."
-        " This answer counts, because it does not depend on the link.",
-        "The sampling beats a random subset in 3 of 4 ranges of subset size if"
-        f" {condition} in each subset, as in the authors' code.",
+        "Is the paper's sampling better than random dots? No: in all 4 size ranges random dots are as good or better.",
+        "The authors' own test says yes in 3 of 4, but it also counts how patches fall apart.",
         "Best parameters: (α, β, γ, δ) = (1, 0, 4, 6), which keep 43 % of the dots; d = 2.42 (2.17 to 2.72) if"
         f" {condition} in each subset, as in the authors' code. 35 other combinations are statistically"
         " indistinguishable.",
-        "Sufficient subset (minimal.csv): 8.0 % of the dots, 0.20 per Å². The surface reconstructed from it deviates"
+        "Sufficient subset (minimal.csv): 45 dots, 8.0 % of all, 0.20 per Å². The surface reconstructed from it deviates"
         " by 0.020 Å on average, 99 % of it by up to 0.100 Å, and no part by more than 0.20 Å.",
     ]
     page = page_of(tmp_path)
@@ -137,11 +137,11 @@ def test_the_answer_that_counts_is_the_first_and_the_best_combination_has_one_va
         f"(1, 0, 4, 6) 43 % of the dots are kept; d = 2.42 (2.17 to 2.72) if {condition} in each subset, as in the authors'"
         " code. 35 other combinations are" in text
     )
-    counts, other = text.index("No, in none of 4 size ranges if"), text.index("Yes, in 3 of 4 if")
-    assert counts < text.index("This answer counts") < other and "9.99" not in text
+    assert text.index("No: in all 4 size ranges") < text.index("says yes in 3 of 4,") and "9.99" not in text
     assert (
-        "8.0 % 0.20 per Å² The surface reconstructed from these dots deviates by 0.020 Å on average, "
-        "99 % of it by up to 0.100 Å, and no part by more than 0.20 Å." in text
+        "45 dots The dots are 8.0 % of all, 0.20 per Å². The surface reconstructed from these dots"
+        " deviates by 0.020 Å on average, 99 % of it by up to 0.100 Å, and no part by more than 0.20 Å."
+        in text
     )
     of_range = next(row for row in page.rows if row[0] == "25 to 50 %")
     assert of_range[:3] == ["25 to 50 %", "(1, 0, 4, 6) best", "2.42 (2.17 to 2.72)"]
@@ -151,6 +151,52 @@ def test_the_answer_that_counts_is_the_first_and_the_best_combination_has_one_va
     assert of_range[1:3] == ["(0.8, 0.2, 4, 10)", "2.60 (2.35 to 2.90)"]
     assert of_range[4:] == ["−0.30 (−0.55 to 0.00)", "(0.6, 0.2, 4, 10)"]
     assert [row[1].endswith("best") for row in page.rows if "to" in row[0]] == [False, True, False, False]
+
+
+@pytest.mark.parametrize(
+    ("n_surfaces", "readings", "full", "kept", "answer", "other"),
+    [
+        (1, "both", -1, 1, "No: in all 4 size ranges random", "yes in 4 of 4, but"),
+        (1, "both", 1, 1, "Yes: in all 4 size ranges the", "yes in 4 of 4, but"),
+        (2, "both", -1, -1, "No: in all 8 size ranges of both surfaces random", "yes in none of 8."),
+        (3, "both", 1, -1, "Yes: in all 12 size ranges of all 3 surfaces the", "yes in none of 12."),
+        (1, "both", np.nan, np.nan, "Undecided: d", "own test is undecided."),
+        (1, "kept", 0, 1, "Yes: in all 4 size ranges the", "This is the authors' own test,"),
+    ],
+)
+def test_the_answer_counts_size_ranges_and_surfaces(
+    tmp_path, n_surfaces, readings, full, kept, answer, other
+):
+    files = write_run(tmp_path, [f"{name}/c1" for name in "abc"[:n_surfaces]], [0.02] * n_surfaces)
+    summary = pd.read_csv(tmp_path / "summary.csv")
+    d = summary["reading"].map({"full": full, "kept": kept}).astype(float)
+    summary = summary.assign(d_cv=d, d_cv_low=d - 0.1, d_cv_high=d + 0.1)
+    if readings == "kept":
+        summary = summary[summary["reading"] == "kept"]
+        surfaces = pd.read_csv(tmp_path / "surfaces.csv").drop(columns="best_full")
+        surfaces.to_csv(tmp_path / "surfaces.csv", index=False)
+    summary.to_csv(tmp_path / "summary.csv", index=False)
+    answers = " ".join(write_front(tmp_path / "index.html", files, {}))
+    for text in (answers, text_of(tmp_path)):
+        assert answer in text and other in text and text.index(answer) < text.index(other)
+
+
+@pytest.mark.parametrize(
+    ("decided_by", "minimal", "limit"),
+    [
+        ("99 % back", {"error": 0.02}, "1 % of the reconstructed surface may deviate by more than 0.1 Å;"),
+        (
+            "99 % forth",
+            {"error": 0.03, "error_99": 0.2},
+            "1 % of the true surface may deviate by more than 0.2 Å;",
+        ),
+    ],
+)
+def test_the_second_limit_of_the_error_is_named_where_it_decides(tmp_path, decided_by, minimal, limit):
+    files = write_run(tmp_path)
+    pd.DataFrame({"decided_by": [decided_by]}).to_csv(tmp_path / "p/c1/recovered.csv", index=False)
+    write_front(tmp_path / "index.html", files, {}, minimal=minimal)
+    assert limit in text_of(tmp_path) and f"below {minimal['error']} Å." in text_of(tmp_path)
 
 
 def test_d_is_drawn_in_its_row_to_scale(tmp_path):
@@ -239,7 +285,7 @@ def test_answers_count_ranges_and_surfaces_where_there_are_many(tmp_path):
     )
     answers = write_front(tmp_path / "index.html", files, {})
     above = sum(d + s - 0.25 > 0 for s in range(4) for d in D["full"]) - 1  # b still has others
-    assert f"in {above} of 16 ranges of subset size, on 3 of 4 surfaces" in answers[0]
+    assert f"In {above} of 16 size ranges, on 3 of 4 surfaces," in answers[0]
     assert answers[2].startswith(
         "Best parameters on average over 4 surfaces: (α, β, γ, δ) = (0.8, 0.2, 4, 10)"
     )
@@ -336,8 +382,8 @@ def test_a_run_with_a_grid_and_forms_and_frames_answers_each_once(tmp_path):
     frames.to_csv(tmp_path / "p/ensemble.csv", index=False)
     answers = write_front(tmp_path / "index.html", [*files, "changes/bend/changes.csv", "p/ensemble.csv"], {})
     starts = [
-        "The sampling beats",
-        "The sampling beats",
+        "Is the paper's sampling",
+        "The authors' own test",
         "Best parameters",
         "Sufficient",
         "bend: 1 of 2",
@@ -555,7 +601,7 @@ def test_each_part_of_a_surface_has_its_own_numbers_and_pictures(tmp_path):
     assert "The 95 % interval of its share is 7.0 to 9.0 %." in text and "is 0.20 Å." in text
     alt = "The minimal subset has 0.20 dots per Å² and deviates by 0.020 Å on average."
     assert alt not in shown  # the figure is not among the files
-    assert "Which dots describe the surface of p?" in text and "1,296 combinations" in text
+    assert "How rough is the surface of p, and" in text and "1,296 combinations" in text
     assert "No combination keeps less than 20 % of the dots." in text
     heads = ["roughest residues", "mean roughness (1 is flat)", "area (Å²)", "dots", "mean hbond"]
     rows = [["LYS 9 A", "0.42", "31", "1,200", "0.25"], ["ALA 7 A", "0.61", "12", "70", "−0.50"]]
@@ -600,7 +646,7 @@ def test_many_surfaces_stand_by_their_share_and_only_the_first_of_them(tmp_path,
     assert [row[1] for row in rows] == ["d", "b/f2", "b/f1"]  # 2, 2.7 and 4 %; c1 alone is not named
     assert rows[0][2:10] == ["4,000", "800", "0.90", "60", "2.0", "0.090", "0.50", "0.70"]
     assert "1 more surfaces are in surfaces.csv." in text
-    assert "4 surfaces ·" in text and "Which dots describe the surfaces of a, b and d?" in text
+    assert "4 surfaces ·" in text and "How rough are the surfaces of a, b and d, and" in text
     assert "2 parts of this run could not be finished." in text and "d/c1: too small" in text
     assert (
         "Medians over 4 surfaces." in text and "are best on average over 4 surfaces: 68 % of the dots" in text
@@ -632,8 +678,8 @@ def test_two_surfaces_are_named_one_by_one(tmp_path):
         f" {condition}. {others}",
     ]
     text = text_of(tmp_path)
-    assert "Yes, in 4 of 8 size ranges of 2 surfaces if" in text and "Yes, in 7 of 8 if" in text
-    assert "Which dots describe the surfaces of a and b?" in text
+    assert "In 4 of 8 size ranges, on 1 of 2 surfaces," in text and "says yes in 7 of 8," in text
+    assert "How rough are the surfaces of a and b, and how few dots describe them?" in text
     captions = re.findall(r"with the best parameters keeps (\d+)\s+% of the dots", text)
     assert captions == ["43", "44"]
 
@@ -686,7 +732,7 @@ def test_each_surface_has_its_own_parts_where_one_was_not_sampled(tmp_path, name
     ]
     assert [head.text for head in page.find("h3", inside="place-1")].count(name) >= 1
     assert "was not applied to 012." in text and f"not applied to {name}" not in text
-    assert re.search(r"Yes, in all 4 (size ranges )?(if|of 1)", text)  # of the sampled one alone
+    assert "Yes: in all 4 size ranges the sampling" in text  # of the sampled one alone
     rows = [row[1:3] for row in page.rows if len(row) > 9 and row[1] in ("012", name)]
     assert rows == [["012", "1,000"], [name, "2,000"]]
     assert "Medians over 2 surfaces." in text and "6.0 % 0.30 per Å²" in text

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from sparsurf.sampling.combination import Combination
-from sparsurf.settings import DECISIONS, DEFAULT_ERROR
+from sparsurf.settings import BY_BACK, BY_FORTH, DECISIONS, DEFAULT_ERROR, TAIL_PER_ERROR
 from sparsurf.views.numbers import number
 from sparsurf.views.overview.profile import labels_of, panels, roughest
 from sparsurf_study.report.first_page.run import MAX_CARDS, MAX_ROWS, MAX_SHOWN, Cell, Figure, Run, TableLink
@@ -55,7 +55,19 @@ def _of_all(run: Run, column: str) -> str:
     return str(texts.pop()) if len(texts) == 1 else ""
 
 
-def of_dots(run: Run) -> dict[str, Any] | None:
+def _decision(decided_by: str, minimal: Mapping[str, Any]) -> str:
+    """Say which limit of the section `minimal` decides how many dots are enough; nothing where that differs."""
+    if decided_by not in (BY_FORTH, BY_BACK):
+        return DECISIONS.get(decided_by, "")
+    error_99 = minimal.get("error_99", TAIL_PER_ERROR * minimal["error"])
+    side = "true" if decided_by == BY_FORTH else "reconstructed"
+    return (
+        f"Besides, at most 1\xa0% of the {side} surface may deviate by more than {error_99:g}\xa0Å; this second limit decides "
+        f"here, which is why the mean error is below {minimal['error']:g}\xa0Å."
+    )
+
+
+def of_dots(run: Run, minimal: Mapping[str, Any] = DEFAULT_MINIMAL) -> dict[str, Any] | None:
     """Collect how many dots are enough, as medians over the surfaces; None where the run has no surface."""
     if not len(run.surfaces):
         return None
@@ -73,7 +85,7 @@ def of_dots(run: Run) -> dict[str, Any] | None:
         "mean": medians["recovered_mean"],
         "high_99": run.surfaces["recovered_high_99"].max(),
         "reconstruction": MODEL_SENTENCES.get(_of_all(run, "model"), ""),
-        "decision": DECISIONS.get(_of_all(run, "decided_by"), ""),
+        "decision": _decision(_of_all(run, "decided_by"), minimal),
         "largest": run.surfaces["recovered_largest"].max(),
         "files": _subset_files(run),
         "atoms": _surface_atoms(run),
