@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, overload
 
 import numpy as np
 
@@ -114,6 +114,40 @@ class Part(NamedTuple):
 
     frames: np.ndarray
     residues: np.ndarray
+
+
+@overload
+def frames(
+    molecule: MoleculeLike,
+    trajectory: str | Path | None = ...,
+    *,
+    path: None = None,
+    stride: int = ...,
+    fields: FieldLike | Sequence[FieldLike] = ...,
+    probe_radius: float = ...,
+    radii: str = ...,
+    cavities: str = ...,
+    rank: FieldLike = ...,
+    rank_by: str = ...,
+    jobs: int = ...,
+) -> FrameTables: ...
+
+
+@overload
+def frames(
+    molecule: MoleculeLike,
+    trajectory: str | Path | None = ...,
+    *,
+    path: str | Path,
+    stride: int = ...,
+    fields: FieldLike | Sequence[FieldLike] = ...,
+    probe_radius: float = ...,
+    radii: str = ...,
+    cavities: str = ...,
+    rank: FieldLike = ...,
+    rank_by: str = ...,
+    jobs: int = ...,
+) -> None: ...
 
 
 @public()

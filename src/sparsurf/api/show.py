@@ -80,7 +80,8 @@ def show(
         Position of the one frame of the molecule that is shown, or of the model, from 0. By default all frames of a trajectory
         are shown, and the first frame of anything else.
     rank : str or callable, optional
-        What the residues of a trajectory are ranked by, as in `frames`: 'roughness' (the default), 'area', 'depth' or any field.
+        What the residues of a trajectory are ranked by, as in `frames`: 'roughness' (the default), 'area', 'depth',
+        'accessible', 'relative', 'buried', or any field.
     rank_by : {'sd', 'range'}, optional
         Whether the standard deviation over the frames counts (the default), or the highest minus the lowest value.
     open_browser : bool

@@ -44,7 +44,7 @@ from sparsurf.threads import bytes_of_memory
 
 if TYPE_CHECKING:
     import pandas as pd
-    from numpy.typing import ArrayLike
+    from numpy.typing import ArrayLike, DTypeLike
 
 GRID_STEP = 0.5  # Å
 # No value on a side of the grid may lie inside, or the mesh would be open there
@@ -57,7 +57,7 @@ SAME_DEPTH = 1e-9  # Å; of two spheres that are equally near, either decides
 
 @dataclass(frozen=True)
 class Mesh(Shown):
-    """A closed surface of triangles.
+    """A closed surface of triangles; `numpy.asarray` returns the points of its vertices, (V, 3).
 
     Attributes
     ----------
@@ -72,6 +72,10 @@ class Mesh(Shown):
     def to_frame(self) -> pd.DataFrame:
         """Tabulate position, normal, area, kind, labels of the atom and fields of the vertices, as `to_frame` of a Surface."""
         return self.vertices.to_frame()
+
+    def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> np.ndarray:
+        """Return the points of the vertices, (V, 3), for `numpy.asarray`."""
+        return self.vertices.__array__(dtype, copy)
 
     def __repr__(self) -> str:
         return f"Mesh of {len(self.triangles):,} triangles"

@@ -32,6 +32,9 @@ Warnings = list[tuple[str, str, str, str]]
 WARNING_COLUMNS = ["protein", "conformation", "job", "sentence"]  # of warnings.csv
 CRATE, PROFILE = "ro-crate-metadata.json", "https://w3id.org/ro/crate/1.1"
 CONTEXT = [f"{PROFILE}/context", {"sha256": "https://schema.org/sha256"}]
+LICENCE_OF_PROGRAM = "https://spdx.org/licenses/MIT"
+# RO-Crate 1.1 requires a license, which may be a text; that of the results is not the program's to choose
+NO_LICENCE = "No licence has been chosen yet: whoever publishes these results states theirs here."
 FAILURE_COLUMNS = ["place", "reason"]  # of failures.csv
 CHECK_COLUMNS = ["file", "sentence"]  # of checks.csv
 # Of the rule close_run, in the order in which the catalogue lists them
@@ -220,9 +223,15 @@ def write_crate(
 
 
 def describe_files(run: str, files: Mapping[str, Path], answers: Sequence[str]) -> dict:
-    """Return the files of a run, by path in its folder, as RO-Crate 1.1; licence and authors are for whoever publishes it."""
+    """Return the files of a run, by path in its folder, as RO-Crate 1.1; authors and licence are for whoever publishes it."""
     metadata = {"@id": CRATE, "@type": "CreativeWork", "about": {"@id": "./"}, "conformsTo": {"@id": PROFILE}}
-    program = {"@id": "#sparsurf", "@type": "SoftwareApplication", "name": "sparsurf", "version": __version__}
+    program = {
+        "@id": "#sparsurf",
+        "@type": "SoftwareApplication",
+        "name": "sparsurf",
+        "version": __version__,
+        "license": {"@id": LICENCE_OF_PROGRAM},
+    }
     action = {
         "@id": "#run",
         "@type": "CreateAction",
@@ -236,6 +245,7 @@ def describe_files(run: str, files: Mapping[str, Path], answers: Sequence[str]) 
         "description": "Results of a sparsurf study; index.html shows them.",
         "abstract": answers,
         "datePublished": date.today().isoformat(),
+        "license": NO_LICENCE,
         "hasPart": [{"@id": quote(file)} for file in files],
         "mentions": {"@id": "#run"},
     }

@@ -229,6 +229,7 @@ def test_a_ring_stays_a_ring_whose_vertices_are_those_of_the_fine_mesh(ring):
 
 def test_sides_are_about_equally_long_and_close_the_volume():
     mesh = sparsurf.mesh(ROOT / "data/tdp43/topology.pdb", 1024)
+    assert np.array_equal(np.asarray(mesh), mesh.vertices.points)
     points, corners = mesh.vertices.points, mesh.triangles
     sides = np.linalg.norm(points[corners] - points[np.roll(corners, 1, axis=1)], axis=2)
     assert len(mesh.vertices) == 1024 and (sides < 0.3 * np.median(sides)).mean() < 0.01

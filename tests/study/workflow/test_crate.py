@@ -23,6 +23,7 @@ def test_the_crate_describes_files_and_run(study, tmp_path):
     assert by["moving/f0000/minimal.csv"]["encodingFormat"] == "text/csv"
     assert by["ro-crate-metadata.json"]["about"] == {"@id": "./"} and by["./"]["@type"] == "Dataset"
     assert by["#sparsurf"]["version"] == sparsurf.__version__
+    assert by["#sparsurf"]["license"]["@id"].endswith("/MIT") and "/MIT" not in by["./"]["license"]
     (tmp_path / "a b").mkdir()
     shutil.copy(run / "surfaces.csv", tmp_path / "a b" / "ä.csv")
     closing.write_crate([str(tmp_path / "a b")], str(tmp_path / "c.json"), ["So many."])
