@@ -66,7 +66,7 @@ FUNCTIONS = {
     ),
 }  # fmt: skip
 
-POSITIVE, LESS = "more than 0|1 or more", "{0:g} or less|at most {0:g}\\b|to {0:g}\\b"
+POSITIVE, LESS = r"more than (0|1e-06)\b|1 or more", "{0:g} or less|at most {0:g}\\b|to {0:g}\\b"
 NUMBER, WHOLE = "(a|auto or a) number", "a whole number"
 HUGE = LESS.format(100)
 REFUSED = [  # argument, value, reason: a regular expression
