@@ -45,10 +45,12 @@ def distances(a, b):
 def test_nearest_dots_are_those_of_all_that_qualify():
     points, normals = points_and_normals()
     places, facing = points_and_normals(40, seed=1)
+    normals *= np.random.default_rng(2).choice([-1, 1], (len(normals), 1))  # sides of thin walls
     index, gap = build_grid(points, normals, side=0.7), distances(places, points)
     nearest = rebuilding._nearest_facing(index, places, facing, 0.8, 0.3, 1)
     fits = np.where((facing @ normals.T > 0.3) & (gap < 0.8), gap, np.inf)
     expected = np.where(np.isfinite(fits.min(axis=1)), fits.argmin(axis=1), -1)
+    assert (expected != np.where(gap.min(axis=1) < 0.8, gap.argmin(axis=1), -1)).any()
     assert np.where(nearest < 0, -1, index.dot[nearest]).tolist() == expected.tolist() and -1 in expected
     near = rebuilding._distances_to_nearest(index, places, 0.6)
     np.testing.assert_allclose(near, np.minimum(gap.min(axis=1), 0.6), rtol=1e-12)
@@ -144,14 +146,21 @@ def test_votes_and_their_peaks(placed):
             expected += [radius] if 0.9 < radius < 2.3 else []
     found = booth.votes(PROBE)
     np.testing.assert_allclose(found, np.sort(expected), rtol=1e-9)
-    middle, count = votes._peaks(found.copy(), WIDTH, 3)
-    left = np.sort(expected)
+    assert {*votes._peaks(found.copy(), WIDTH, 3)[0].round(2)} == {1.4, 1.5, 1.9}
+
+
+def test_peaks_are_the_fullest_windows_without_their_flanks():
+    """Flanks of a peak hold more votes than the other peaks do."""
+    rng = np.random.default_rng(0)
+    at = [(1.4, 900), (1.5, 90), (1.9, 30)]
+    left = np.sort(np.concatenate([rng.normal(middle, WIDTH, n) for middle, n in at]))
+    middle, count = votes._peaks(left.copy(), WIDTH, 3)
     for k in range(3):
         held = [(left >= low) & (left < low + WIDTH) for low in left]
         best = max(held, key=np.sum)
         assert count[k] == best.sum() and middle[k] == pytest.approx(np.median(left[best]), abs=1e-9)
         left = left[(left < left[best].min() - 3 * WIDTH) | (left > left[best].max() + 3 * WIDTH)]
-    assert {*middle.round(2)} == {1.4, 1.5, 1.9}
+    assert middle.round(2).tolist() == [1.4, 1.5, 1.9]
 
 
 def test_the_atoms_of_a_small_molecule_follow_from_its_dots(placed):
@@ -175,8 +184,36 @@ def test_the_atoms_of_a_small_molecule_follow_from_its_dots(placed):
     )
 
 
+def test_spheres_are_those_that_a_probe_lies_on():
+    """Probes inside a sphere do not touch it."""
+    probes, centres = points_and_normals(60)[0], points_and_normals(9, 1.0, seed=1)[0]
+    reach, tolerance = np.linspace(2, 3.5, 9), 0.1
+    start, touched = explanations.touched_atoms(probes, centres, reach, tolerance)
+    gap = distances(probes, centres) - reach
+    expected = [np.flatnonzero(np.abs(row) < tolerance).tolist() for row in gap]
+    assert [sorted(touched[a:b]) for a, b in pairwise(start)] == expected
+    assert (gap < -tolerance).any() and {len(each) for each in expected} > {0, 1, 2}
+    reach = gap.min(axis=0) + reach + np.linspace(-0.23, 0.23, 9)  # around the nearest probe of each
+    count = atoms._touches(build_grid(probes), centres, reach, tolerance)
+    gap = distances(probes, centres) - reach
+    expected = np.where((gap <= -tolerance).any(axis=0), -1, (gap <= tolerance).sum(axis=0))
+    assert count.tolist() == expected.tolist() and {*expected} > {-1, 0, 1}
+
+
 def test_winding_numbers_of_a_ball_are_one_inside():
     normals = sphere(150)[0]
     closed = inside.Inside(3 * normals, normals, 4.4 * normals, 2 * normals)
     places = np.array([[0.0, 0, 0], [1.5, 0, 0], [0, -5, 0], [30.0, 0, 0]])
     assert np.allclose(closed.winding_numbers(places), [1, 1, 0, 0], atol=0.05)
+
+
+def test_solid_angles_are_those_of_every_dot():
+    """Dots of a distant cube are seen as one, within a hundredth of the whole angle."""
+    normals = sphere(900)[0]
+    points = 14 * normals
+    closed = inside.Inside(points, normals, 1.1 * points, 0.9 * points)
+    places = np.concatenate([points_and_normals(30, 12.0)[0], points_and_normals(30, 18.0)[0]])
+    away = points - places[:, None]
+    squares = (away**2).sum(axis=2) + inside.ADDED_TO_SQUARES
+    angles = ((away * normals).sum(axis=2) / squares**1.5).sum(axis=1)
+    np.testing.assert_allclose(closed._sums(places), angles, atol=0.01 * angles.max())
