@@ -33,10 +33,12 @@ from sparsurf.surfaces.rolling_probe import (
     U,
     arcs_of_atoms,
     blocker,
+    end_of_arc,
+    nearest_arc,
     roll,
 )
 from sparsurf.surfaces.surface import COMPONENT_FIELD, CONCAVE, SADDLE, Surface
-from sparsurf.surfaces.vectors import add_scaled, dot, point
+from sparsurf.surfaces.vectors import Vector, add_scaled, cross, dot, point, subtract, vector_at
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -84,13 +86,8 @@ def components_of_rolled(surface: Surface, rolled: RolledProbe, kept: np.ndarray
     mixed[_atoms_of_several_sets(set_of_arcs(joined), order, first, has_arcs)] = True
     labels = label[owner]
     doubtful = np.flatnonzero(mixed[owner])
-    doubtful = doubtful[np.argsort(owner[doubtful], kind="stable")]
-    for dots in np.split(doubtful, np.flatnonzero(np.diff(owner[doubtful])) + 1) if len(doubtful) else ():
-        atom = owner[dots[0]]
-        arcs = order[first[atom] : first[atom + 1]]
-        nearest = arcs[_distances(centres[dots], rolling.arcs[arcs]).argmin(axis=1)]
-        _join_loops(joined, arcs, meeting, rolling, atom)
-        labels[dots] = nearest
+    _join_patches(joined, np.unique(owner[doubtful]), order, first, meeting, rolling)
+    labels[doubtful] = _nearest_arcs(centres[doubtful], owner[doubtful], order, first, rolling.arcs)
     roots = np.append(set_of_arcs(joined), np.arange(n_atoms) + n_arcs)
     _, labels, count = np.unique(roots[labels], return_inverse=True, return_counts=True)
     # The largest first, and of equal ones that with the first arc: the number of a component depends on nothing else
@@ -165,6 +162,13 @@ class LabelledCentres(NamedTuple):
     order: np.ndarray  # as of EnclosedCentres
     first: np.ndarray
 
+    def sets_at(self, rolling: Rolling, positions: np.ndarray, atoms: np.ndarray) -> np.ndarray:
+        """Return the set of centres (n, 3), each of which touches an atom (n,)."""
+        sets, mixed = self.label[atoms], self.is_mixed[atoms]
+        nearest = _nearest_arcs(positions[mixed], atoms[mixed], self.order, self.first, rolling.arcs)
+        sets[mixed] = self.roots[nearest]
+        return sets
+
 
 def enclosed_centres(rolling: Rolling) -> EnclosedCentres:
     """Find the centres from which the probe cannot leave.
@@ -193,17 +197,8 @@ def centres_apart_from(
     Position k touches the atoms touched[start[k]:start[k + 1]].
     """
     labels = label_centres(rolling)
-    n_arcs, n_atoms = len(rolling.arcs), len(rolling.atoms.centre)
-    position = np.repeat(np.arange(len(positions)), np.diff(start))
-    is_apart = np.ones(n_arcs + n_atoms, bool)
-    is_apart[labels.label[touched[~labels.is_mixed[touched]]]] = False
-    doubtful = np.flatnonzero(labels.is_mixed[touched])
-    doubtful = doubtful[np.argsort(touched[doubtful], kind="stable")]
-    for rows in np.split(doubtful, np.flatnonzero(np.diff(touched[doubtful])) + 1) if len(doubtful) else ():
-        atom = touched[rows[0]]
-        arcs = labels.order[labels.first[atom] : labels.first[atom + 1]]
-        nearest = _distances(positions[position[rows]], rolling.arcs[arcs]).argmin(axis=1)
-        is_apart[labels.roots[arcs[nearest]]] = False
+    is_apart = np.full(len(labels.closed), True)
+    is_apart[labels.sets_at(rolling, np.repeat(positions, np.diff(start), axis=0), touched)] = False
     return _centres_in(rolling, labels, is_apart)
 
 
@@ -233,27 +228,21 @@ def label_centres(rolling: Rolling) -> LabelledCentres:
     order, first = arcs_of_atoms(rolling.pair, n_atoms)
     has_arcs = np.flatnonzero(np.diff(first))
     mixed = _atoms_of_several_sets(set_of_arcs(joined), order, first, has_arcs)
-    for atom in mixed:
-        _join_loops(joined, order[first[atom] : first[atom + 1]], meeting, rolling, atom)
+    _join_patches(joined, mixed, order, first, meeting, rolling)
     roots = set_of_arcs(joined)
     label = n_arcs + np.arange(n_atoms)
     label[has_arcs] = roots[order[first[has_arcs]]]
-    mixed = _atoms_of_several_sets(roots, order, first, has_arcs)
     is_mixed = np.zeros(n_atoms, bool)
-    is_mixed[mixed] = True
-
-    def label_at(position: np.ndarray, atom: int) -> int:
-        """Return the set of a centre that touches an atom."""
-        if not is_mixed[atom]:
-            return int(label[atom])
-        arcs = order[first[atom] : first[atom + 1]]
-        return int(roots[arcs[_distances(position[None], rolling.arcs[arcs])[0].argmin()]])
-
+    is_mixed[_atoms_of_several_sets(roots, order, first, has_arcs)] = True
     centre, reach = rolling.atoms.centre, rolling.atoms.reach
     apexes = centre + reach[:, None] * [1.0, 0.0, 0.0]
     is_accessible = _are_accessible(apexes, rolling.atoms)
+    closed, faces_outwards = np.ones(n_arcs + n_atoms, bool), np.zeros(n_arcs + n_atoms, bool)
+    labels = LabelledCentres(
+        roots, label, is_mixed, closed, faces_outwards, is_accessible, meeting, order, first
+    )
     accessible = np.flatnonzero(is_accessible)
-    label_of_apex = np.array([label_at(apexes[atom], atom) for atom in accessible.tolist()], np.int64)
+    label_of_apex = labels.sets_at(rolling, apexes[accessible], accessible)
     highest = np.full(n_arcs + n_atoms, -np.inf)
     np.maximum.at(highest, roots, _highest_of_arcs(rolling.arcs))
     above = apexes[accessible, 0] > highest[label_of_apex]
@@ -261,16 +250,12 @@ def label_centres(rolling: Rolling) -> LabelledCentres:
     for atom, root in zip(accessible[above].tolist(), label_of_apex[above].tolist(), strict=True):
         if root not in outward or apexes[atom, 0] > apexes[outward[root], 0]:
             outward[root] = atom
-    closed = np.ones(n_arcs + n_atoms, bool)
     # from above, so that whether the wall met on the way up is closed is known
     for root, atom in sorted(outward.items(), key=lambda item: -apexes[item[1], 0]):
         met, wall = _first_sphere_above(apexes[atom], centre, reach)
-        closed[root] = met is not None and closed[label_at(wall, met)]
-    faces_outwards = np.zeros(n_arcs + n_atoms, bool)
+        closed[root] = met is not None and closed[labels.sets_at(rolling, wall[None], np.array([met]))[0]]
     faces_outwards[list(outward)] = True
-    return LabelledCentres(
-        roots, label, is_mixed, closed, faces_outwards, is_accessible, meeting, order, first
-    )
+    return labels
 
 
 def _nearest_probes(rolling: Rolling, atoms: np.ndarray, centres: np.ndarray) -> np.ndarray:
@@ -319,6 +304,12 @@ def analytical_faces(
         if not len(arcs):
             continue
         patch = _patches_of_atom(arcs, meeting, rolling, atom)
+        if _loops(arcs, meeting).any():  # of several loops, a patch is named by its lowest arc
+            lowest = np.full(len(arcs), n_arcs)
+            np.minimum.at(lowest, patch, arcs)
+            patch = lowest[patch]
+        else:
+            patch = np.full(len(arcs), arcs[0])
         saddle = surface.kind[dots] == SADDLE
         several = saddle | (len(np.unique(patch)) > 1)
         nearest = np.zeros(len(dots), int)
@@ -343,18 +334,6 @@ def faces_of_vertices(surface: Surface) -> np.ndarray:
         origin = surface.origin
         return analytical_faces(surface, origin.xyz.round(3), origin.radii, origin.rules.probe_radius)
     return np.unique(surface.kind + 3 * surface.atom.astype(np.int64), return_inverse=True)[1].ravel() + 1
-
-
-def _patches_of_atom(arcs: np.ndarray, meeting: np.ndarray, rolling: Rolling, atom: int) -> np.ndarray:
-    """Return the accessible patch of an atom that each of the arcs around it bounds, as the lowest of its arcs."""
-    loops = _loops(arcs, meeting)
-    if len(set(loops.values())) == 1:
-        return np.full(len(arcs), arcs[0])
-    joined = np.arange(len(rolling.arcs))
-    loop = np.array([loops[arc] for arc in arcs.tolist()])
-    _join(joined, arcs[loop], arcs)
-    _join_loops(joined, arcs, meeting, rolling, atom)
-    return set_of_arcs(joined)[arcs]
 
 
 def _atoms_of_several_sets(
@@ -417,11 +396,18 @@ def set_of_arcs(joined: np.ndarray) -> np.ndarray:
 
 
 @njit(cache=True, nogil=True)
+def _join_two(joined: np.ndarray, first: int, second: int) -> bool:
+    """Join the sets of two arcs; return whether they were two."""
+    a, b = _root(joined, first), _root(joined, second)
+    joined[max(a, b)] = min(a, b)
+    return a != b
+
+
+@njit(cache=True, nogil=True)
 def _join(joined: np.ndarray, first: np.ndarray, second: np.ndarray) -> None:
     """Join the sets of pairs of arcs, (n,) each."""
     for k in range(len(first)):
-        a, b = _root(joined, first[k]), _root(joined, second[k])
-        joined[max(a, b)] = min(a, b)
+        _join_two(joined, first[k], second[k])
 
 
 def _ends(arcs: np.ndarray) -> np.ndarray:
@@ -471,128 +457,196 @@ def _distances(positions: np.ndarray, arcs: np.ndarray) -> np.ndarray:
     return np.where(is_on_arc, to_circle, to_ends)
 
 
-def _join_loops(
-    joined: np.ndarray, arcs: np.ndarray, meeting: np.ndarray, rolling: Rolling, atom: int
+@njit(cache=True, nogil=True)
+def _nearest_arcs(
+    positions: np.ndarray, atoms: np.ndarray, order: np.ndarray, first: np.ndarray, arcs: np.ndarray
+) -> np.ndarray:
+    """Return, for each position (n, 3), the nearest of the arcs around an atom (n,), (n,) int64."""
+    nearest = np.empty(len(positions), np.int64)
+    for k in range(len(positions)):
+        nearest[k] = nearest_arc(point(positions, k), atoms[k], arcs, order, first)
+    return nearest
+
+
+@njit(cache=True, nogil=True)
+def _join_patches(
+    joined: np.ndarray,
+    atoms: np.ndarray,
+    order: np.ndarray,
+    first: np.ndarray,
+    meeting: np.ndarray,
+    rolling: Rolling,
 ) -> None:
-    """Join the loops of arcs that bound one accessible patch of an atom.
+    """Join the arcs that bound one accessible patch of an atom, for some atoms (n,)."""
+    for atom in atoms:
+        arcs = order[first[atom] : first[atom + 1]]
+        patch = _patches_of_atom(arcs, meeting, rolling, atom)
+        for a in range(len(arcs)):
+            _join_two(joined, arcs[patch[a]], arcs[a])
 
-    On a sphere, loops + 1 - covered parts is the number of free parts. If there is one, all loops are joined; if there is one
-    covered part, none. Otherwise those are joined between which a great circle crosses the free part alone.
+
+@njit(cache=True, nogil=True)
+def _patches_of_atom(arcs: np.ndarray, meeting: np.ndarray, rolling: Rolling, atom: int) -> np.ndarray:
+    """Return the accessible patch of an atom that each arc around it, (k,), bounds: the position of its first arc, (k,).
+
+    On a sphere, loops + 1 - covered parts is the number of free parts. If there is one, all loops bound it; if there is one
+    covered part, each loop bounds its own. Otherwise those belong together between which a great circle crosses the free part
+    alone.
     """
-    loops = _loops(arcs, meeting)
-    n_loops = len(set(loops.values()))
-    if n_loops < 2:
-        return
-    n_covered = _n_covered_parts(rolling.atoms, atom)
-    if n_loops == n_covered:
-        _join(joined, np.full(len(arcs), arcs[0]), arcs)
-    elif n_covered > 1:
-        first, second = _facing_arcs(rolling, arcs, np.array([loops[arc] for arc in arcs.tolist()]), atom)
-        _join(joined, arcs[first], arcs[second])
+    patch = _loops(arcs, meeting)
+    n_loops = len(np.unique(patch))
+    if n_loops > 1:
+        axis, half = _covering_caps(rolling.atoms, atom)
+        n_covered = _n_covered_parts(axis, half)
+        if n_loops == n_covered:
+            patch[:] = 0
+        elif n_covered > 1:
+            _join_facing(patch, n_covered - 1, arcs, rolling, atom, axis, half)
+    return set_of_arcs(patch)
 
 
-def _facing_arcs(
-    rolling: Rolling, arcs: np.ndarray, loop: np.ndarray, atom: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """Find pairs of arcs of different loops between which the shortest way on the sphere of an atom is free.
+@njit(cache=True, nogil=True)
+def _loops(arcs: np.ndarray, meeting: np.ndarray) -> np.ndarray:
+    """Return the loop of each arc around one atom: arcs that meet at fixed probes, or a whole circle."""
+    loop = np.arange(len(arcs))
+    for a in range(len(arcs)):
+        for b in range(a):
+            for end in meeting[arcs[a]]:
+                if end >= 0 and (end == meeting[arcs[b], 0] or end == meeting[arcs[b], 1]):
+                    _join_two(loop, a, b)
+    return set_of_arcs(loop)
+
+
+@njit(cache=True, nogil=True)
+def _covering_caps(atoms: RolledAtoms, atom: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the parts of an atom's sphere that its neighbours cover: unit axes (n, 3) and half angles (n,), rad."""
+    near, reach = atoms.near[atoms.start[atom] : atoms.start[atom + 1]], atoms.reach[atom]
+    axis, half, n = np.empty((len(near), 3)), np.empty(len(near)), 0
+    for k in near:
+        v = subtract(point(atoms.centre, k), point(atoms.centre, atom))
+        d = math.sqrt(dot(v, v))
+        cosine = (d**2 + reach**2 - atoms.reach[k] ** 2) / (2 * d * reach)
+        if abs(cosine) < 1:
+            axis[n, 0], axis[n, 1], axis[n, 2], half[n] = v[0] / d, v[1] / d, v[2] / d, math.acos(cosine)
+            n += 1
+    return axis[:n], half[:n]
+
+
+@njit(cache=True, nogil=True)
+def _n_covered_parts(axis: np.ndarray, half: np.ndarray) -> int:
+    """Count the connected parts that caps with unit axes (n, 3) and half angles (n,), rad, cover."""
+    joined, n = np.arange(len(half)), len(half)
+    for a in range(len(half)):
+        for b in range(a):
+            if _root(joined, a) != _root(joined, b):
+                cosine = min(1.0, max(-1.0, dot(point(axis, a), point(axis, b))))
+                if math.acos(cosine) < half[a] + half[b]:
+                    _join_two(joined, a, b)
+                    n -= 1
+    return n
+
+
+@njit(cache=True, nogil=True)
+def _join_facing(
+    loop: np.ndarray,
+    n_joins: int,
+    arcs: np.ndarray,
+    rolling: Rolling,
+    atom: int,
+    axis_of_cap: np.ndarray,
+    half_of_cap: np.ndarray,
+) -> None:
+    """Join the loops of arcs (k,), at most so often, between which the shortest way on the sphere of an atom is free.
 
     Of two sets of loops around one free part, the points nearest to one another are joined by a part of a great circle that
     crosses no covered part, as it would end there earlier. These points are the ends of arcs, or the points of two arcs, or of an
     arc and an end, on the great circle through the axes. So all these ways are tried, and none has to be sampled.
     """
-    rows, centre = rolling.arcs[arcs], rolling.atoms.centre[atom]
-    axis = rows[:, U : U + 3] * np.where(rolling.pair[arcs, 0] == atom, 1.0, -1.0)[:, None]
-    height = ((rows[:, T : T + 3] - centre) * axis).sum(axis=1)
-    half = np.arctan2(rows[:, ARC_RADIUS], height)  # angle between the axis and the circle
-    ends = _ends(rows) - centre
-    ends /= np.linalg.norm(ends, axis=2, keepdims=True)
-    points, of_arc, towards = [ends[:, 0], ends[:, 1]], [np.arange(len(arcs))] * 2, [ends[:, 0], ends[:, 1]]
-    first, second = np.nonzero(loop[:, None] != loop)
-    for target in (axis[second], ends[second, 0], ends[second, 1]):
-        for side in (1.0, -1.0):
-            points.append(_on_circle(axis[first], half[first], target, side))
-            of_arc.append(first)
-            towards.append(target)
-    position, owner = np.concatenate(points), np.concatenate(of_arc)
-    valid = _on_arc(position, rows[owner], centre, float(rolling.atoms.reach[atom]))
-    position, owner = position[valid], owner[valid]
-    a, b = np.nonzero(loop[owner][:, None] < loop[owner])
-    free = _is_free(position[a], position[b], rolling.atoms, atom)
-    return owner[a[free]], owner[b[free]]
-
-
-def _on_circle(axis: np.ndarray, half: np.ndarray, target: np.ndarray, side: float) -> np.ndarray:
-    """Return the points of circles, (n, 3), that lie in the plane of their axis and a target, towards it or away from it."""
-    across = target - (target * axis).sum(axis=1)[:, None] * axis
-    length = np.linalg.norm(across, axis=1)
-    along_axis = length < ROUNDING_OF_ANGLES  # then all points of the circle are equally near
-    across[along_axis] = np.cross(axis[along_axis], np.eye(3)[np.abs(axis[along_axis]).argmin(axis=1)])
-    across /= np.maximum(np.linalg.norm(across, axis=1), ROUNDING_OF_ANGLES)[:, None]
-    return np.cos(half)[:, None] * axis + side * np.sin(half)[:, None] * across
-
-
-def _on_arc(direction: np.ndarray, rows: np.ndarray, centre: np.ndarray, reach: float) -> np.ndarray:
-    """Return whether the points in directions (n, 3) of an atom's circles lie on their arcs, (n,) bool."""
-    w = centre + reach * direction - rows[:, T : T + 3]
-    p1, p2 = (w * rows[:, E1 : E1 + 3]).sum(axis=1), (w * rows[:, E2 : E2 + 3]).sum(axis=1)
-    turn = (np.arctan2(p2, p1) - rows[:, PHI_0] + ROUNDING_OF_ANGLES) % (2 * math.pi)
-    return turn <= rows[:, PHI_1] - rows[:, PHI_0] + 2 * ROUNDING_OF_ANGLES
-
-
-def _is_free(begin: np.ndarray, end: np.ndarray, atoms: RolledAtoms, atom: int) -> np.ndarray:
-    """Return whether the shorter great circle between directions, (n, 3) each, meets no sphere around an atom, (n,) bool."""
-    axis, half = _covering_caps(atoms, atom)
-    return _are_free(begin, end, axis, np.cos(half) + ROUNDING_OF_ANGLES)
+    points, owner = _points_on_borders(loop, arcs, rolling, atom)
+    cosine_of_cap = np.cos(half_of_cap) + ROUNDING_OF_ANGLES
+    for b in range(len(points)):
+        for a in range(b):
+            if n_joins == 0:
+                return
+            if _root(loop, owner[a]) != _root(loop, owner[b]) and _is_free(
+                point(points, a), point(points, b), axis_of_cap, cosine_of_cap
+            ):
+                _join_two(loop, owner[a], owner[b])
+                n_joins -= 1
 
 
 @njit(cache=True, nogil=True)
-def _are_free(begin: np.ndarray, end: np.ndarray, axis: np.ndarray, cosine_of_cap: np.ndarray) -> np.ndarray:
-    """Return whether the shorter great circle between directions, (n, 3) each, leaves out all caps around axes, (n,) bool."""
-    free = np.ones(len(begin), np.bool_)
-    for k in range(len(begin)):
-        first, last = point(begin, k), point(end, k)
-        cosine = min(1.0, max(-1.0, dot(first, last)))
-        across = add_scaled(last, -cosine, first)
-        size = max(math.sqrt(dot(across, across)), ROUNDING_OF_ANGLES)
-        length = math.acos(cosine)
-        for c in range(len(axis)):
-            of_cap = point(axis, c)
-            a, b = dot(first, of_cap), dot(across, of_cap) / size
-            # The point of the circle that is nearest to the axis lies between both directions, or one of these is nearest
-            nearest = max(a, dot(last, of_cap))
-            if b > 0.0 and math.atan2(b, a) < length:
-                nearest = math.hypot(a, b)
-            if nearest > cosine_of_cap[c]:
-                free[k] = False
-                break
-    return free
+def _points_on_borders(
+    loop: np.ndarray, arcs: np.ndarray, rolling: Rolling, atom: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the directions (m, 3) of the ends of arcs (k,), and of their points towards the other loops, and the arc of each."""
+    n_arcs, m = len(arcs), 0
+    towards, half = (
+        np.empty((n_arcs, 3, 3)),
+        np.empty(n_arcs),
+    )  # both ends and the axis; rad, between axis and circle
+    points, owner = np.empty((2 * n_arcs + 6 * n_arcs**2, 3)), np.empty(2 * n_arcs + 6 * n_arcs**2, np.int64)
+    centre, reach = point(rolling.atoms.centre, atom), rolling.atoms.reach[atom]
+    for a in range(n_arcs):
+        arc = rolling.arcs[arcs[a]]
+        sign = 1.0 if rolling.pair[arcs[a], 0] == atom else -1.0
+        to_circle = subtract(vector_at(arc, T), centre)
+        half[a] = math.atan2(arc[ARC_RADIUS], sign * dot(to_circle, vector_at(arc, U)))
+        for e in range(3):
+            v = vector_at(arc, U) if e == 2 else subtract(end_of_arc(arc, PHI_0 + e), centre)
+            size = sign if e == 2 else math.sqrt(dot(v, v))
+            for c in range(3):
+                towards[a, e, c] = v[c] / size
+            if e < 2:
+                points[m, 0], points[m, 1], points[m, 2] = point(towards[a], e)
+                owner[m], m = a, m + 1
+    for a in range(n_arcs):
+        for b in range(n_arcs):
+            for e in range(3 if loop[a] != loop[b] else 0):
+                for side in (1.0, -1.0):
+                    on_circle = _on_circle(point(towards[a], 2), half[a], point(towards[b], e), side)
+                    if _is_on_arc(add_scaled(centre, reach, on_circle), rolling.arcs[arcs[a]]):
+                        points[m, 0], points[m, 1], points[m, 2] = on_circle
+                        owner[m], m = a, m + 1
+    return points[:m], owner[:m]
 
 
-def _loops(arcs: np.ndarray, meeting: np.ndarray) -> dict[int, int]:
-    """Return the loop of each arc around one atom: arcs that meet at fixed probes, or a whole circle."""
-    parent = np.arange(len(arcs))
-    # columns of one array, which would be another form of the kernels
-    arc, side = (np.ascontiguousarray(column) for column in np.nonzero(meeting[arcs] >= 0))
-    _, first, of_probe = np.unique(meeting[arcs][arc, side], return_index=True, return_inverse=True)
-    _join(parent, arc, arc[first[of_probe]])
-    return dict(zip(arcs.tolist(), set_of_arcs(parent).tolist(), strict=True))
+@njit(cache=True, nogil=True)
+def _on_circle(axis: Vector, half: float, target: Vector, side: float) -> Vector:
+    """Return the point of a circle that lies in the plane of its axis and a target, towards it or away from it."""
+    across = add_scaled(target, -dot(target, axis), axis)
+    if dot(across, across) < ROUNDING_OF_ANGLES**2:  # then all points of the circle are equally near
+        x, y, z = abs(axis[0]), abs(axis[1]), abs(axis[2])
+        least = min(x, y, z)
+        other = (1.0, 0.0, 0.0) if x == least else (0.0, 1.0, 0.0) if y == least else (0.0, 0.0, 1.0)
+        across = cross(axis, other)
+    across = add_scaled((0.0, 0.0, 0.0), side * math.sin(half) / math.sqrt(dot(across, across)), across)
+    return add_scaled(across, math.cos(half), axis)
 
 
-def _covering_caps(atoms: RolledAtoms, atom: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the parts of an atom's sphere that its neighbours cover: unit axes (n, 3) and half angles (n,), rad."""
-    near = atoms.near[atoms.start[atom] : atoms.start[atom + 1]]
-    axis = atoms.centre[near] - atoms.centre[atom]
-    d = np.linalg.norm(axis, axis=1)
-    cosine = (d**2 + atoms.reach[atom] ** 2 - atoms.reach[near] ** 2) / (2 * d * atoms.reach[atom])
-    cuts = np.abs(cosine) < 1
-    return axis[cuts] / d[cuts, None], np.arccos(cosine[cuts])
+@njit(cache=True, nogil=True)
+def _is_on_arc(position: Vector, arc: np.ndarray) -> bool:
+    """Return whether a point of an arc's circle lies on the arc, or at its ends up to rounding."""
+    w = subtract(position, vector_at(arc, T))
+    phi = math.atan2(dot(w, vector_at(arc, E2)), dot(w, vector_at(arc, E1))) - arc[PHI_0] + ROUNDING_OF_ANGLES
+    turn = phi - 2 * math.pi * math.floor(phi / (2 * math.pi))
+    return turn <= arc[PHI_1] - arc[PHI_0] + 2 * ROUNDING_OF_ANGLES
 
 
-def _n_covered_parts(atoms: RolledAtoms, atom: int) -> int:
-    """Count the connected parts of an atom's sphere that its neighbours cover."""
-    axis, half = _covering_caps(atoms, atom)
-    overlap = np.arccos(np.clip(axis @ axis.T, -1, 1)) < half[:, None] + half
-    label = np.arange(len(half))
-    while ((least := np.where(overlap, label, len(half)).min(axis=1, initial=len(half))) < label).any():
-        label = least
-    return len(np.unique(label))
+@njit(cache=True, nogil=True)
+def _is_free(first: Vector, last: Vector, axis: np.ndarray, cosine_of_cap: np.ndarray) -> bool:
+    """Return whether the shorter great circle between two directions leaves out all caps around axes, (n, 3)."""
+    cosine = min(1.0, max(-1.0, dot(first, last)))
+    across = add_scaled(last, -cosine, first)
+    size = max(math.sqrt(dot(across, across)), ROUNDING_OF_ANGLES)
+    length = math.acos(cosine)
+    for c in range(len(axis)):
+        of_cap = point(axis, c)
+        a, b = dot(first, of_cap), dot(across, of_cap) / size
+        # The point of the circle that is nearest to the axis lies between both directions, or one of these is nearest
+        nearest = max(a, dot(last, of_cap))
+        if b > 0.0 and math.atan2(b, a) < length:
+            nearest = math.hypot(a, b)
+        if nearest > cosine_of_cap[c]:
+            return False
+    return True

@@ -87,6 +87,10 @@ class Dots(NamedTuple):
             np.empty((n, 3)), np.empty((n, 3)), np.empty(n), np.empty(n, np.int8), np.empty(n, np.int32)
         )
 
+    def take(self, dots: np.ndarray) -> Dots:
+        """Return some of the dots, by index or mask."""
+        return Dots(*(column[dots] for column in self))
+
 
 class RolledProbe(NamedTuple):
     """Atoms with the probe rolled over them, on which dots of any density are placed."""

@@ -335,13 +335,18 @@ def is_enclosed(position: Vector, atom: int, rolling: Rolling, enclosed: Enclose
     """Return whether an accessible centre that touches an atom lies in a cavity."""
     if enclosed.atoms[atom] != MIXED:
         return enclosed.atoms[atom] == CLOSED
+    return enclosed.arcs[nearest_arc(position, atom, rolling.arcs, enclosed.order, enclosed.first)]
+
+
+@njit(cache=True, nogil=True)
+def nearest_arc(position: Vector, atom: int, arcs: np.ndarray, order: np.ndarray, first: np.ndarray) -> int:
+    """Return the arc around an atom, of `arcs_of_atoms`, that is nearest to a position."""
     nearest, best = -1, np.inf
-    for slot in range(enclosed.first[atom], enclosed.first[atom + 1]):
-        arc = enclosed.order[slot]
-        distance = squared_distance_to_arc(position, rolling.arcs[arc])
+    for slot in range(first[atom], first[atom + 1]):
+        distance = squared_distance_to_arc(position, arcs[order[slot]])
         if distance < best:
-            nearest, best = arc, distance
-    return enclosed.arcs[nearest]
+            nearest, best = order[slot], distance
+    return nearest
 
 
 @njit(cache=True, nogil=True)
@@ -350,9 +355,12 @@ def squared_distance_to_arc(position: Vector, arc: np.ndarray) -> float:
     nearest, is_on_arc = nearest_on_arc(position, arc)
     if is_on_arc:
         return squared_distance(nearest, position)
-    best = np.inf
-    for column in (PHI_0, PHI_1):
-        end = add_scaled(vector_at(arc, T), arc[ARC_RADIUS] * math.cos(arc[column]), vector_at(arc, E1))
-        end = add_scaled(end, arc[ARC_RADIUS] * math.sin(arc[column]), vector_at(arc, E2))
-        best = min(best, squared_distance(end, position))
-    return best
+    first, last = end_of_arc(arc, PHI_0), end_of_arc(arc, PHI_1)
+    return min(squared_distance(first, position), squared_distance(last, position))
+
+
+@njit(cache=True, nogil=True)
+def end_of_arc(arc: np.ndarray, column: int) -> Vector:
+    """Return the end of an arc, whose phi stands in a column."""
+    end = add_scaled(vector_at(arc, T), arc[ARC_RADIUS] * math.cos(arc[column]), vector_at(arc, E1))
+    return add_scaled(end, arc[ARC_RADIUS] * math.sin(arc[column]), vector_at(arc, E2))

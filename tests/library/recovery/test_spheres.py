@@ -234,7 +234,7 @@ def test_exposed_atoms_alone_have_the_surface_of_all():
     off, nearest = cKDTree(dots.points).query(rolled.points)
     assert off.max() < 1e-6 and len(np.unique(nearest)) == len(dots)
     assert (dots.kind[nearest] == rolled.kind).all() and (
-        dots.atom[nearest] == exposed[rolled.sphere]
+        dots.atom[nearest] == exposed[rolled.atom]
     ).mean() > 0.98
     assert rolled.area.sum() == pytest.approx(dots.area.sum(), rel=1e-9)
 

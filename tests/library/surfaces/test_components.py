@@ -12,12 +12,12 @@ from conftest import ROOT, sphere
 from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.surfaces.components import (
-    _join_loops,
+    _covering_caps,
     _loops,
     _n_covered_parts,
+    _patches_of_atom,
     components_of,
     joined_arcs,
-    set_of_arcs,
     summarize_components,
     table_of_components,
     without_cavities,
@@ -146,7 +146,7 @@ def test_covered_parts_of_spheres_are_those_of_a_graph(protein):
         half, unit = np.arccos(cosine[cuts]), axis[cuts] / d[cuts, None]
         linked = np.arccos(np.clip(unit @ unit.T, -1, 1)) < half[:, None] + half
         expected = connected_components(linked)[0]
-        assert _n_covered_parts(atoms, k) == expected
+        assert _n_covered_parts(*_covering_caps(atoms, k)) == expected
 
 
 @pytest.mark.parametrize(("neck", "chambers"), [(1.39, 2), (1.41, 1)])
@@ -177,15 +177,11 @@ def test_borders_around_one_free_part_of_an_atom_belong_together():
         _, meeting = joined_arcs(rolling)
         order, first = arcs_of_atoms(rolling.pair, n + 1)
         arcs = order[first[0] : first[1]]
-        border = _loops(arcs, meeting)
-        joined = np.arange(len(rolling.arcs))
-        for arc in arcs.tolist():
-            joined[arc] = min(other for other in arcs.tolist() if border[other] == border[arc])
-        _join_loops(joined, arcs, meeting, rolling, 0)
-        covered = _n_covered_parts(rolling.atoms, 0)
+        covered = _n_covered_parts(*_covering_caps(rolling.atoms, 0))
         if len(arcs):
-            borders = len(set(border.values()))
-            assert len(set(set_of_arcs(joined)[arcs].tolist())) == borders + 1 - covered
+            borders = len(set(_loops(arcs, meeting).tolist()))
+            patches = _patches_of_atom(arcs, meeting, rolling, 0)
+            assert len(set(patches.tolist())) == borders + 1 - covered
             cases += borders > 1 and 1 < covered < borders
     assert cases > 10
 

@@ -168,6 +168,24 @@ def _lists_pair(near: np.ndarray, i: int, j: int, k: int) -> bool:
 
 
 @njit(cache=True, nogil=True)
+def centres_of_spheres(
+    origin: Vector, b: Vector, c: Vector, radius: float
+) -> tuple[bool, tuple[Vector, Vector]]:
+    """Return the centres of the two spheres through a point and two others, b and c away from it; False if there are none."""
+    w = cross(b, c)
+    w2 = dot(w, w)
+    if w2 <= MIN_TRIPLE:
+        return False, (origin, origin)
+    middle = add_scaled((0.0, 0.0, 0.0), dot(c, c) / (2 * w2), cross(w, b))
+    middle = add_scaled(middle, dot(b, b) / (2 * w2), cross(c, w))
+    height2 = radius**2 - dot(middle, middle)
+    if height2 <= MIN_HEIGHT2:
+        return False, (origin, origin)
+    up, middle = math.sqrt(height2 / w2), add_scaled(origin, 1.0, middle)
+    return True, (add_scaled(middle, up, w), add_scaled(middle, -up, w))
+
+
+@njit(cache=True, nogil=True)
 def _spheres_of_triples(
     probes: PatchIndex,
     seeds: np.ndarray,
@@ -190,19 +208,10 @@ def _spheres_of_triples(
                 if (j < i and _lists_pair(near, j, i, k)) or (k < i and _lists_pair(near, k, i, j)):
                     continue
                 b, c = subtract(point(seeds, j), origin), subtract(point(seeds, k), origin)
-                w = cross(b, c)
-                w2 = dot(w, w)
-                if w2 <= MIN_TRIPLE:
-                    continue
-                middle = add_scaled((0.0, 0.0, 0.0), dot(c, c) / (2 * w2), cross(w, b))
-                middle = add_scaled(middle, dot(b, b) / (2 * w2), cross(c, w))
                 for r in radii:
-                    height2 = (r + probe) ** 2 - dot(middle, middle)
-                    if height2 <= MIN_HEIGHT2:
-                        continue
-                    for sign in range(2):
-                        up = math.sqrt(height2 / w2) * (1 - 2 * sign)
-                        centre = add_scaled(add_scaled(origin, 1.0, middle), up, w)
+                    exist, centres = centres_of_spheres(origin, b, c, r + probe)
+                    for side in range(2 if exist else 0):
+                        centre = centres[side]
                         touched = _touching(probes, centre, r + probe, tolerance)
                         if touched >= TOUCHES_OF_TRIPLE:
                             rows = append(rows, n, centre, r, touched - 3)

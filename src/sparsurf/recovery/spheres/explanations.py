@@ -16,10 +16,9 @@ from sparsurf.kernels import njit
 from sparsurf.patches.index import PatchIndex, build_grid, cells_within, select_separated
 from sparsurf.recovery.spheres.atoms import (
     CANDIDATE_COLUMNS,
-    MIN_HEIGHT2,
-    MIN_TRIPLE,
     NEIGHBOURS,
     append,
+    centres_of_spheres,
     neighbours,
 )
 from sparsurf.recovery.spheres.votes import SphereModel
@@ -62,6 +61,19 @@ class Explained(NamedTuple):
     touched: np.ndarray  # int64
 
 
+class _Witnesses(NamedTuple):
+    """The dots that confirm or refuse places of atoms, and how they are explained."""
+
+    grid: PatchIndex  # of the probes
+    probes: np.ndarray  # (n, 3)
+    normals: np.ndarray  # (n, 3)
+    found: Explained
+    centres: np.ndarray  # (A, 3), of the atoms that are known
+    tolerance: float  # Å, of a touch
+    angle: float  # rad, of a normal
+    distinct: np.ndarray  # (MAX_PROBES_OF_PLACE, 3), room for the probes of one place
+
+
 def explain(
     probes: np.ndarray, normals: np.ndarray, centres: np.ndarray, radii: np.ndarray, model: SphereModel
 ) -> Explained:
@@ -90,10 +102,11 @@ def completed(
         if len(unexplained) < 3 or len(centres) == 0:
             break
         near = neighbours(cKDTree(probes[unexplained]), probes[unexplained], NEIGHBOURS + 1)
-        places = _places(
-            unexplained, unexplained[near], grid, probes, normals, found, centres, model.radii, model.probe,
-            2 * model.tolerance, 2 * _angle(model),
-        )  # fmt: skip
+        room = np.empty((MAX_PROBES_OF_PLACE, 3))
+        witnesses = _Witnesses(
+            grid, probes, normals, found, centres, 2 * model.tolerance, 2 * _angle(model), room
+        )
+        places = _places(unexplained, unexplained[near], witnesses, model.radii, model.probe)
         places = places[np.lexsort((places[:, 3], -places[:, 4]))]
         if len(places):
             places = places[cKDTree(centres).query(places[:, :3])[0] > MIN_ATOM_DISTANCE]
@@ -240,22 +253,23 @@ def _in_cone(a: Vector, b: Vector, c: Vector, inward: Vector) -> bool:
 
 
 @njit(cache=True, nogil=True)
-def _surplus(
-    place: Vector,
-    reach: float,
-    tolerance: float,
-    angle: float,
-    grid: PatchIndex,
-    probes: np.ndarray,
-    normals: np.ndarray,
-    found: Explained,
-    centres: np.ndarray,
-    distinct: np.ndarray,
-) -> int:
+def _append_if_confirmed(
+    rows: np.ndarray, n: int, place: Vector, radius: float, probe: float, witnesses: _Witnesses
+) -> tuple[np.ndarray, int]:
+    """Write a place that further dots confirm into row n; return the rows and their number."""
+    surplus = _surplus(place, radius + probe, witnesses)
+    if surplus < MIN_SURPLUS:
+        return rows, n
+    return append(rows, n, place, radius, surplus), n + 1
+
+
+@njit(cache=True, nogil=True)
+def _surplus(place: Vector, reach: float, witnesses: _Witnesses) -> int:
     """Count the constraints of unexplained dots that a place meets beyond three; below 0 also where a probe is inside.
 
     A probe that touches it is one, the plane of a saddle dot with a known atom another, and the direction of a contact dot two.
     """
+    grid, probes, normals, found, centres, tolerance, angle, distinct = witnesses
     x, y, z = place
     outer, total, n = reach + tolerance, 0, 0
     a0, a1 = cells_within(x, outer, grid.origin[0], grid.side, grid.shape[0])
@@ -300,18 +314,13 @@ def _surplus(
 def _places(
     unexplained: np.ndarray,
     near: np.ndarray,
-    grid: PatchIndex,
-    probes: np.ndarray,
-    normals: np.ndarray,
-    found: Explained,
-    centres: np.ndarray,
+    witnesses: _Witnesses,
     radii: np.ndarray,
     probe: float,
-    tolerance: float,
-    angle: float,
 ) -> np.ndarray:
     """Return places (m, 5) that unexplained dots fix, by three probes or the plane of a saddle dot, and further ones confirm."""
-    rows, n, distinct = np.empty((64, CANDIDATE_COLUMNS)), 0, np.empty((MAX_PROBES_OF_PLACE, 3))
+    probes, normals, found, centres = witnesses.probes, witnesses.normals, witnesses.found, witnesses.centres
+    rows, n = np.empty((64, CANDIDATE_COLUMNS)), 0
     for a in range(len(unexplained)):
         i = unexplained[a]
         origin = point(probes, i)
@@ -327,34 +336,10 @@ def _places(
                     break
                 if j < i and k < i:
                     continue  # tried from one of them
-                w = cross(b, c)
-                w2 = dot(w, w)
-                if w2 <= MIN_TRIPLE:
-                    continue
-                middle = add_scaled((0.0, 0.0, 0.0), dot(c, c) / (2 * w2), cross(w, b))
-                middle = add_scaled(middle, dot(b, b) / (2 * w2), cross(c, w))
                 for r in radii:
-                    height2 = (r + probe) ** 2 - dot(middle, middle)
-                    if height2 <= MIN_HEIGHT2:
-                        continue
-                    for sign in range(2):
-                        up = math.sqrt(height2 / w2) * (1 - 2 * sign)
-                        place = add_scaled(add_scaled(origin, 1.0, middle), up, w)
-                        surplus = _surplus(
-                            place,
-                            r + probe,
-                            tolerance,
-                            angle,
-                            grid,
-                            probes,
-                            normals,
-                            found,
-                            centres,
-                            distinct,
-                        )
-                        if surplus >= MIN_SURPLUS:
-                            rows = append(rows, n, place, r, surplus)
-                            n += 1
+                    exist, places = centres_of_spheres(origin, b, c, r + probe)
+                    for side in range(2 if exist else 0):
+                        rows, n = _append_if_confirmed(rows, n, places[side], r, probe, witnesses)
         for slot in range(found.start[i], found.start[i + 1]):
             e1 = _unit(subtract(point(centres, found.touched[slot]), origin))
             inward = (-normals[i, 0], -normals[i, 1], -normals[i, 2])
@@ -383,19 +368,5 @@ def _places(
                             continue
                         place = add_scaled(origin, (r + probe) * math.cos(turn), e1)
                         place = add_scaled(place, (r + probe) * math.sin(turn), e2)
-                        surplus = _surplus(
-                            place,
-                            r + probe,
-                            tolerance,
-                            angle,
-                            grid,
-                            probes,
-                            normals,
-                            found,
-                            centres,
-                            distinct,
-                        )
-                        if surplus >= MIN_SURPLUS:
-                            rows = append(rows, n, place, r, surplus)
-                            n += 1
+                        rows, n = _append_if_confirmed(rows, n, place, r, probe, witnesses)
     return rows[:n].copy()

@@ -19,8 +19,9 @@ from sparsurf.recovery.recovering import MIN_INTERPOLATED, NEWTON_STEPS, REACH, 
 from sparsurf.recovery.spheres.atoms import Atoms, infer
 from sparsurf.recovery.spheres.explanations import UNEXPLAINED, completed, explain, touched_atoms
 from sparsurf.recovery.spheres.inside import Inside
-from sparsurf.recovery.spheres.rolled import RolledDots, RolledSurface, rolled_surface
+from sparsurf.recovery.spheres.rolled import RolledSurface, rolled_surface
 from sparsurf.recovery.spheres.votes import SphereModel, model_of
+from sparsurf.surfaces.dot_placement import Dots
 from sparsurf.surfaces.spacing import DENSITY, estimated_areas, nearest_distances
 from sparsurf.surfaces.surface import CONTACT
 from sparsurf.threads import parallel_map
@@ -142,7 +143,7 @@ def rebuild_at(
         if kept.need_slices and not chosen:
             between = kept.with_slices(rolled, dots, density, reach, steps)
         else:
-            on_ball = (dots.sphere >= rolled.n_atoms) & (dots.kind == CONTACT)
+            on_ball = (dots.atom >= rolled.n_atoms) & (dots.kind == CONTACT)
             between = _Dots(*dots.take(~on_ball)[:3])
         found = _with_kept(_Dots(points, normals, np.full(len(points), np.nan)), between, density, threads)
         rebuilt.append(Rebuilt(found.points, found.normals, kept.share, model, kept.atoms, found.area))
@@ -205,7 +206,7 @@ class _Kept:
         )  # fmt: skip
 
     def with_slices(
-        self, rolled: RolledSurface, dots: RolledDots, density: float, reach: float, steps: int
+        self, rolled: RolledSurface, dots: Dots, density: float, reach: float, steps: int
     ) -> _Dots:
         """Return dots of the rolled surface, around balls replaced by points of the interpolant that move onto it."""
         from scipy.spatial import cKDTree  # here: it takes a quarter of a second to load
@@ -248,7 +249,7 @@ class _Kept:
             np.append(surface.area, np.full(len(added), np.nan)),
         )
 
-    def _at_balls(self, rolled: RolledSurface, dots: RolledDots) -> np.ndarray:
+    def _at_balls(self, rolled: RolledSurface, dots: Dots) -> np.ndarray:
         """Return which dots have a probe that touches a ball, (N,) bool."""
         balls, n = slice(rolled.n_atoms, None), len(dots.points)
         if rolled.n_atoms == len(rolled.radii):
@@ -259,7 +260,7 @@ class _Kept:
         return np.diff(start) > 0
 
     def _moved(
-        self, guide: tuple[np.ndarray, np.ndarray], around: np.ndarray, target: RolledDots
+        self, guide: tuple[np.ndarray, np.ndarray], around: np.ndarray, target: Dots
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return points and normals of the guide of some dots, those between explained dots moved onto the rolled surface."""
         n, probe, threads = len(around), self.model.probe, self.threads
@@ -291,11 +292,11 @@ class _Kept:
 
 
 def _onto_sphere(
-    points: np.ndarray, dots: RolledDots, radii: np.ndarray, probe: float
+    points: np.ndarray, dots: Dots, radii: np.ndarray, probe: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """Project each point onto the sphere of an atom, of radii (A,), or of a probe, on which a dot of the rolled surface lies."""
     contact = dots.kind == CONTACT
-    radius = np.where(contact, -radii[np.where(contact, dots.sphere, 0)], probe)
+    radius = np.where(contact, -radii[np.where(contact, dots.atom, 0)], probe)
     centre = dots.points + radius[:, None] * dots.normals
     outward = (centre - points) * np.sign(radius)[:, None]
     outward /= np.linalg.norm(outward, axis=1, keepdims=True)

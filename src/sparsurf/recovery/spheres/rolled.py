@@ -17,7 +17,7 @@ from sparsurf.patches.index import PatchIndex, build_grid, cells_within, select_
 from sparsurf.recovery.spheres.explanations import touched_atoms
 from sparsurf.recovery.spheres.inside import Inside
 from sparsurf.surfaces.components import centres_apart_from
-from sparsurf.surfaces.dot_placement import RolledProbe, place_dots, roll_probe
+from sparsurf.surfaces.dot_placement import Dots, RolledProbe, place_dots, roll_probe
 from sparsurf.surfaces.molecular_surface import lattice_of_density
 
 # Å, by which the ball of a dot is smaller than the probe, which touches the dot: the rounding of a file
@@ -32,27 +32,12 @@ INSIDE = 0.75
 OUTSIDE = 1.0
 # Å: the ball at a probe centre inside is so much smaller than its distance from the guide, which errs by less, in steps
 MARGIN, STEP = 1.5, 0.25
+SAME_PLACE = 1e-6  # Å, between probe centres of two rounds: far above rounding
 BALL_GAP = 1.0  # Å, between balls at probe centres inside, so that few shut a leak
 # Å, of a dot of the rolled surface from the guide: true ones lie within 1.8. Where dots are missing on one side of the molecule,
 # the probe rolls inside, and what is farther away is left out.
 FARTHEST_FROM_GUIDE = 2.0
 ROUNDS_OF_BALLS = 6  # of balls inside; one or two shut all leaks that were seen
-
-
-class RolledDots(NamedTuple):
-    """Dots of a rolled surface."""
-
-    points: np.ndarray  # (N, 3) float64, Å
-    normals: np.ndarray  # (N, 3) float64
-    area: np.ndarray  # (N,) float64, Å^2
-    kind: np.ndarray  # (N,) int8, as of a Surface
-    sphere: (
-        np.ndarray
-    )  # (N,) int64, the atom that each dot lies on or next to; balls are numbered behind the atoms
-
-    def take(self, dots: np.ndarray) -> RolledDots:
-        """Return some of the dots, by index or mask."""
-        return RolledDots(*(column[dots] for column in self))
 
 
 class RolledSurface(NamedTuple):
@@ -64,9 +49,9 @@ class RolledSurface(NamedTuple):
     n_atoms: int
     guide: PatchIndex
 
-    def place(self, density: float) -> RolledDots:
-        """Place dots at `density` per Å^2, those on balls included."""
-        dots = RolledDots(*place_dots(self.rolled, lattice_of_density(density)))
+    def place(self, density: float) -> Dots:
+        """Place dots at `density` per Å^2, those on balls included, which are numbered behind the atoms."""
+        dots = place_dots(self.rolled, lattice_of_density(density))
         return dots.take(_are_near(self.guide, dots.points, FARTHEST_FROM_GUIDE))
 
 
@@ -92,12 +77,15 @@ def rolled_surface(
     spheres = np.concatenate([centres, unexplained])
     # so that no ball keeps the probe from where it lies at another dot
     sizes = np.concatenate([radii, -np.maximum(depth, 0) - ROUNDING_OF_DOTS])
+    tree, outside = cKDTree(probes), np.empty((0, 3))
     for _ in range(ROUNDS_OF_BALLS):
         rolled = _roll_where_dots_lie(probes, spheres, sizes, probe, exact)
         found = rolled.rolling.probes[~rolled.left_out.probes] + rolled.origin
-        found = found[inside.winding_numbers(found, threads) > INSIDE]
-        if len(found):
-            found = found[np.asarray(cKDTree(probes).query(found)[0]) > OUTSIDE]
+        # Only the sums of few places take time: of those that no other round, and no dot, tells to be outside
+        for places, distance in ((tree, OUTSIDE), (cKDTree(outside), SAME_PLACE)):
+            found = found[np.isinf(places.query(found, distance_upper_bound=distance)[0])]
+        is_inside = inside.winding_numbers(found, threads) > INSIDE
+        outside, found = np.concatenate([outside, found[~is_inside]]), found[is_inside]
         if len(found) == 0:
             break
         depth = np.asarray(cKDTree(guide).query(found)[0])
