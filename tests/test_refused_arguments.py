@@ -74,7 +74,8 @@ REFUSED = [  # argument, value, reason: a regular expression
       for value, reason in (
         (0, POSITIVE), (-1, POSITIVE), (101, HUGE), (True, NUMBER), ("four", NUMBER), (NAN, NUMBER), (INF, NUMBER))),
     ("descriptor", "rotation", "published'?(,| or) '?rotation_robust"),
-    *(("probe_radius", value, reason) for value, reason in ((0, POSITIVE), (11, LESS.format(10)), ("x", NUMBER))),
+    *(("probe_radius", value, reason) for value, reason in (
+      (0, POSITIVE), (5e-324, POSITIVE), (11, LESS.format(10)), ("x", NUMBER))),
     ("radii", "vdw", "dms'?(,| or) '?bondi"),
     ("cavities", "x", "keep'?(,| or) '?remove"),
     ("reentrant", "x", "exact'?(,| or) '?dms"),

@@ -57,8 +57,9 @@ class Limits(NamedTuple):
 LENGTH = Limits(0, 100)  # Å
 DISTANCE = Limits(0, 10)  # Å
 DISTANCE_OR_INFINITE = Limits(0, 10, or_infinite=True)  # Å
-PROBE = Limits(0, 10)  # Å
-DENSITY_LIMITS = Limits(1e-6, 100)  # dots per Å^2; numbers near 0 overflow where they are divided by
+# Numbers near 0 overflow where they are divided by
+PROBE = Limits(1e-6, 10)  # Å
+DENSITY_LIMITS = Limits(1e-6, 100)  # dots per Å^2
 PERCENT_LIMITS = Limits(0, 100)
 ALPHA = Limits(0, 1)
 EXPONENT = Limits(0, 1000, open_low=False)

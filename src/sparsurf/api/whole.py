@@ -34,7 +34,7 @@ log = logging.getLogger("sparsurf")
 
 FEWEST_DOTS = 12  # from which a surface is reconstructed
 # Dots per Å^2, estimated from their distances. The mean roughness of a surface reconstructed from evenly spread or random dots
-# differs by at most .02 from the true one at .1 and above, by .04 at .08, and by .1 at .05.
+# differs by at most .024 from the true one at .1 and above, by .04 at .08, and by .1 at .05.
 MIN_DENSITY = 0.1
 SAME_AREA = 1e-6  # relative, of a subset, whose areas are sums of those of all dots
 AREA_OF_COARSE_MESH = 0.6  # of the area of the dots, at least; a mesh of 500 vertices has 0.89 of it

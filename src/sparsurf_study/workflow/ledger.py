@@ -60,7 +60,9 @@ class Record:
         )
         if not (are_texts and isinstance(self.config, dict) and isinstance(self.time, int | float)):
             return False
-        of_run = all(path.startswith(f"results/{run.name}/") and ".." not in path.split("/") for path in self.outputs)
+        of_run = all(
+            path.startswith(f"results/{run.name}/") and ".." not in path.split("/") for path in self.outputs
+        )
         return of_run and all(map(is_path, (*self.outputs, *self.inputs)))
 
     def write(self, path: Path) -> None:

@@ -206,7 +206,7 @@ def test_a_lattice_in_special_position_is_determined_or_said_not_to_be(caplog):
 @pytest.mark.parametrize(
     ("source", "options", "sentence"),
     [
-        (ONE, {"probe_radius": 0}, "probe_radius is 0; it must be a number, more than 0 and at most 10"),
+        (ONE, {"probe_radius": 0}, "probe_radius is 0; it must be a number, more than 1e-06 and at most 10"),
         (ONE, {"cavities": "drop"}, "cavities is 'drop'; it must be keep or remove"),
         (ONE, {"plugs": 1}, "plugs is 1; it must be True or False"),
         (ONE, {"frame": 1}, "there is no frame 1"),

@@ -343,7 +343,9 @@ def test_the_page_of_a_trajectory_has_the_areas_and_the_places_of_every_frame(fo
         rf"The area of {largest} changes most, with a range of ([\d.]+)", Page(by_area.html).text
     )
     assert float(said[1]) == pytest.approx(ranges.max(), abs=0.2)
-    assert ranges.max() > 1.5 * shown[0].std(axis=0, ddof=1).max()  # so that the deviation is not taken for it
+    assert (
+        ranges.max() > 1.5 * shown[0].std(axis=0, ddof=1).max()
+    )  # so that the deviation is not taken for it
 
 
 def labels_of(table):
