@@ -6,8 +6,6 @@ import logging
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from sparsurf.api.inputs import DotsLike, SurfaceLike, as_dots
 from sparsurf.api.subsets import prepare, warn_of_gaps
 from sparsurf.api.surface_atoms import surface_of_atoms
@@ -31,14 +29,12 @@ from sparsurf.evaluation.floors import floors_table, fresh_dots
 from sparsurf.evaluation.minimal_subset import Representation, Subset, represent
 from sparsurf.evaluation.prepared_surface import number_of_tests
 from sparsurf.patches.index import D_LINK
-from sparsurf.recovery.fields import interpolate_fields
-from sparsurf.recovery.reconstructing import AUTO, reconstruct
+from sparsurf.recovery.reconstructing import AUTO, reconstruct_with_fields
 from sparsurf.recovery.recovering import NEWTON_STEPS, REACH
 from sparsurf.sampling.samplers import SamplerLike, get_samplers
 from sparsurf.settings import Minimal, PatchesSettings, Settings
 from sparsurf.streams import DEFAULT_SEED, Streams
 from sparsurf.suggestions import public
-from sparsurf.surfaces.components import fields_without_component
 from sparsurf.surfaces.spacing import DENSITY, refuse_sparse
 from sparsurf.surfaces.surface import Surface
 from sparsurf.surfaces.surface_atoms import SurfaceAtoms
@@ -304,11 +300,7 @@ def recover_with_share(
     density, reach = DENSITIES.check(density, "density"), REACHES.check(reach, "reach")
     steps, kept = STEPS_LIMITS.check(steps, "steps"), as_dots(few)
     check_choice(model, MODELS, "model")
-    found = reconstruct(kept, density, model, reach, steps, available_cores())
-    fields = fields_without_component(kept)
-    between = interpolate_fields(kept.points, fields, found.points[len(kept) :])
-    fields = {name: np.concatenate([fields[name], values]) for name, values in between.items()}
-    return Surface(found.points, found.normals, found.area, fields=fields), found.share
+    return reconstruct_with_fields(kept, density, model, reach, steps, available_cores())
 
 
 def _linked_dots(source: SurfaceLike, d_link: float) -> Surface:

@@ -12,9 +12,11 @@ from sparsurf.arguments import AUTO, INTERPOLANT, SPHERES
 from sparsurf.errors import InputError
 from sparsurf.files import pluralise
 from sparsurf.recovery.errors import DENSITY_FOR_ERRORS, distance_to_surface
+from sparsurf.recovery.fields import interpolate_fields
 from sparsurf.recovery.recovering import MIN_INTERPOLATED, NEWTON_STEPS, REACH, interpolate_surface
 from sparsurf.recovery.spheres.rebuilding import Rebuilt, rebuild_at
 from sparsurf.recovery.spheres.votes import MIN_DOTS
+from sparsurf.surfaces.components import fields_without_component
 from sparsurf.surfaces.molecular_surface import RolledFrame
 from sparsurf.surfaces.spacing import DENSITY
 from sparsurf.surfaces.surface import Surface
@@ -42,6 +44,22 @@ def reconstruct(
     `recovering.interpolate_surface`.
     """
     return reconstruct_at(few, (density,), model, reach, steps, threads)[0]
+
+
+def reconstruct_with_fields(
+    few: Surface,
+    density: float = DENSITY,
+    model: str = AUTO,
+    reach: float = REACH,
+    steps: int = NEWTON_STEPS,
+    threads: int = 1,
+) -> tuple[Surface, float]:
+    """Reconstruct the surface of few dots as `reconstruct` does, and their fields; return the share on spheres as well."""
+    found = reconstruct(few, density, model, reach, steps, threads)
+    fields = fields_without_component(few)
+    between = interpolate_fields(few.points, fields, found.points[len(few) :])
+    fields = {name: np.concatenate([fields[name], values]) for name, values in between.items()}
+    return Surface(found.points, found.normals, found.area, fields=fields), found.share
 
 
 def reconstruct_at(
