@@ -16,6 +16,7 @@ from sparsurf.surfaces.vectors import cross, point, squared_distance, subtract
 
 LEAST_FACING = 1e-3  # cosine, so that rounding to float32 folds nothing
 MAX_SWEEPS = 20  # over all folds
+LEAST_GAIN = -1  # folds that a collapse may add where no other removes one
 
 
 def twins(origin: np.ndarray, n: int) -> np.ndarray:
@@ -110,7 +111,7 @@ def _facing(
     origin: np.ndarray,
     twin: np.ndarray,
 ) -> tuple[float, float]:
-    """Sum the cosines of the triangles around the start of a half-edge with the normal of w, evenly and by area, with u in v."""
+    """Sum what the cosines of the triangles around a start with the normal of w exceed the least, evenly and by area, with u in v."""
     evenly = by_area = 0.0
     e = start
     while True:
@@ -118,9 +119,9 @@ def _facing(
         a, b, c = v if a == u else a, v if b == u else b, v if c == u else c
         if b not in (a, c) and a != c:
             x, y, z, size = triangle_normal(points, a, b, c)
-            cosine = x * normals[w, 0] + y * normals[w, 1] + z * normals[w, 2]
-            evenly += cosine
-            by_area += cosine * size
+            excess = x * normals[w, 0] + y * normals[w, 1] + z * normals[w, 2] - LEAST_FACING
+            evenly += excess
+            by_area += excess * size
         e = around(e, twin)
         if e == start:
             return evenly, by_area
@@ -146,7 +147,7 @@ def n_folds(
     n = 0
     if not collapsed:
         evenly, by_area = _facing(h, u, u, u, points, normals, origin, twin)
-        n += min(evenly, by_area) < LEAST_FACING
+        n += min(evenly, by_area) < 0
     e = h
     while True:
         a, b = origin[next_edge(e)], origin[next_edge(next_edge(e))]
@@ -156,7 +157,7 @@ def n_folds(
         if a == v:
             of_start = _facing(h, a, u, v, points, normals, origin, twin)
             evenly, by_area = evenly + of_start[0], by_area + of_start[1]
-        n += min(evenly, by_area) < LEAST_FACING
+        n += min(evenly, by_area) < 0
         e = around(e, twin)
         if e == h:
             return n
@@ -179,17 +180,19 @@ def _unfold(points: np.ndarray, normals: np.ndarray, origin: np.ndarray, twin: n
     dead = np.zeros(len(origin) // 3, np.bool_)
     seen, stamp = np.zeros(len(points), np.int64), 0
     visited = np.full(len(points), -1, np.int64)
+    active = np.ones(len(points), np.bool_)  # vertices around which a fold may be
+    least_gain = 1
     for sweep in range(MAX_SWEEPS):
         near = np.zeros(len(points), np.bool_)
         for h in range(len(origin)):
-            if dead[h // 3]:
+            if dead[h // 3] or not active[origin[h]]:
                 continue
             corners = (origin[h], origin[next_edge(h)], origin[next_edge(next_edge(h))])
-            folded = h % 3 == 0 and _is_folded(*corners, points, normals)
+            folded = _is_folded(*corners, points, normals)
             if not folded and visited[corners[0]] != -2 - sweep:
                 visited[corners[0]] = -2 - sweep
                 facing = _facing(h, corners[0], corners[0], corners[0], points, normals, origin, twin)
-                folded = min(facing[0], facing[1]) < LEAST_FACING
+                folded = min(facing[0], facing[1]) < 0
                 if folded:
                     e = h
                     while True:
@@ -200,28 +203,30 @@ def _unfold(points: np.ndarray, normals: np.ndarray, origin: np.ndarray, twin: n
             if folded:
                 for w in corners:
                     near[w] = True
-        changed = False
+        active[:], changed = near, False
         for h in range(len(origin)):
             u = origin[h]
             if dead[h // 3] or not near[u] or visited[u] == sweep:
                 continue
             visited[u] = sweep
             now = n_folds(h, False, points, normals, origin, twin)
-            best, gained, shortest = -1, 0, np.inf
+            best, gained, shortest = -1, least_gain, np.inf
             e = h
             while now > 0:
                 stamp += 1
                 if may_collapse(e, origin, twin, seen, stamp):
                     gain = now - n_folds(e, True, points, normals, origin, twin)
                     length = squared_length(points, u, origin[twin[e]])
-                    if gain > gained or (gain == gained > 0 and length < shortest):
+                    if gain > gained or (gain == gained and length < shortest):
                         best, gained, shortest = e, gain, length
                 e = around(e, twin)
                 if e == h:
                     break
             if best >= 0:
+                active[origin[twin[best]]] = True
                 remove_start(best, origin, twin, dead)
                 changed = True
-        if not changed:
+        if not changed and (least_gain == LEAST_GAIN or not near.any()):
             break
+        least_gain = 1 if changed else least_gain - 1
     return dead
