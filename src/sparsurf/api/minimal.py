@@ -29,7 +29,7 @@ from sparsurf.evaluation.floors import floors_table, fresh_dots
 from sparsurf.evaluation.minimal_subset import Representation, Subset, represent
 from sparsurf.evaluation.prepared_surface import number_of_tests
 from sparsurf.patches.index import D_LINK
-from sparsurf.recovery.reconstructing import AUTO, reconstruct_with_fields
+from sparsurf.recovery.reconstructing import AUTO, reconstruct, surface_with_fields
 from sparsurf.recovery.recovering import NEWTON_STEPS, REACH
 from sparsurf.sampling.samplers import SamplerLike, get_samplers
 from sparsurf.settings import Minimal, PatchesSettings, Settings
@@ -300,7 +300,8 @@ def recover_with_share(
     density, reach = DENSITIES.check(density, "density"), REACHES.check(reach, "reach")
     steps, kept = STEPS_LIMITS.check(steps, "steps"), as_dots(few)
     check_choice(model, MODELS, "model")
-    return reconstruct_with_fields(kept, density, model, reach, steps, available_cores())
+    rebuilt = reconstruct(kept, density, model, reach, steps, available_cores())
+    return surface_with_fields(kept, rebuilt), rebuilt.share
 
 
 def _linked_dots(source: SurfaceLike, d_link: float) -> Surface:

@@ -151,10 +151,13 @@ def with_patches(function: str, dots: Surface, patches: PatchesSettings) -> Whol
 
 def _reconstructed(dots: Surface) -> Surface:
     """Reconstruct the dense surface of dots, which come first; each new one has the atom of the nearest, and no known kind."""
-    from sparsurf.recovery.reconstructing import reconstruct_with_fields  # here: most surfaces are dense
+    from sparsurf.recovery.reconstructing import (
+        reconstruct,
+        surface_with_fields,
+    )  # here: most surfaces are dense
     from sparsurf.sampling.samplers import nearest_kept
 
-    dense, _ = reconstruct_with_fields(dots, DENSITY, threads=available_cores())
+    dense = surface_with_fields(dots, reconstruct(dots, DENSITY, threads=available_cores()))
     nearest, _ = nearest_kept(dense.points, np.arange(len(dots)), available_cores())
     kind = np.where(np.arange(len(dense)) < len(dots), dots.kind[nearest], -1)
     return replace(dense, kind=kind, atom=dots.atom[nearest])

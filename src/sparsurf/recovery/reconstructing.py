@@ -46,20 +46,12 @@ def reconstruct(
     return reconstruct_at(few, (density,), model, reach, steps, threads)[0]
 
 
-def reconstruct_with_fields(
-    few: Surface,
-    density: float = DENSITY,
-    model: str = AUTO,
-    reach: float = REACH,
-    steps: int = NEWTON_STEPS,
-    threads: int = 1,
-) -> tuple[Surface, float]:
-    """Reconstruct the surface of few dots as `reconstruct` does, and their fields; return the share on spheres as well."""
-    found = reconstruct(few, density, model, reach, steps, threads)
+def surface_with_fields(few: Surface, rebuilt: Rebuilt) -> Surface:
+    """Return the reconstructed surface of few dots, on which their fields are interpolated."""
     fields = fields_without_component(few)
-    between = interpolate_fields(few.points, fields, found.points[len(few) :])
+    between = interpolate_fields(few.points, fields, rebuilt.points[len(few) :])
     fields = {name: np.concatenate([fields[name], values]) for name, values in between.items()}
-    return Surface(found.points, found.normals, found.area, fields=fields), found.share
+    return Surface(rebuilt.points, rebuilt.normals, rebuilt.area, fields=fields)
 
 
 def reconstruct_at(
