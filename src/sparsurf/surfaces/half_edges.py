@@ -111,7 +111,7 @@ def _facing(
     origin: np.ndarray,
     twin: np.ndarray,
 ) -> tuple[float, float]:
-    """Sum what the cosines of the triangles around a start with the normal of w exceed the least, evenly and by area, with u in v."""
+    """Sum by how much the cosines of triangles with the normal of w exceed the least, evenly and by area; u is in v."""
     evenly = by_area = 0.0
     e = start
     while True:
