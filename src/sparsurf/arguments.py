@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from numbers import Real
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple, get_args
 
 from sparsurf.errors import InputError, argument
 
@@ -72,20 +72,28 @@ FRAME = Limits(0, whole=True, open_low=False)
 DEFAULT_TEST_DOTS = 200  # of studies and functions
 DEFAULT_SEED = 20261120  # of studies, functions and commands alike
 PROBE_RADIUS = 1.4  # Å
-CAVITIES, REENTRANT = ("keep", "remove"), ("exact", "dms")  # of `surface`
-BOUNDARIES = (
-    "excluded",
-    "accessible",
-)  # of `surface`: of the space that the probe cannot enter, or that its centre cannot
-# The models by which a surface is reconstructed
-AUTO, INTERPOLANT, SPHERES = MODELS = "auto", "interpolant", "spheres"
-RADII_TABLES = ("dms", "bondi")  # of atomic radii
+# What is chosen by one of a few words: the type of each choice, by which a type checker refuses another word, and its words
+Auto = Literal["auto"]
+Hydrogens = Literal["keep", "remove"]
+Cavities = Literal["keep", "remove"]
+Reentrant = Literal["exact", "dms"]
+# of the space that the probe cannot enter, or that its centre cannot
+Boundary = Literal["excluded", "accessible"]
+Model = Literal["auto", "interpolant", "spheres"]  # by which a surface is reconstructed
+RadiiTable = Literal["dms", "bondi"]
+Ranking = Literal["sd", "range"]  # over frames: standard deviation, or the highest minus the lowest value
+CAVITIES, REENTRANT, BOUNDARIES, MODELS, RADII_TABLES, RANKINGS = map(
+    get_args, (Cavities, Reentrant, Boundary, Model, RadiiTable, Ranking)
+)
+AUTO: Final = "auto"
+INTERPOLANT: Final = "interpolant"
+SPHERES: Final = "spheres"
 R_PATCH = 4.0  # Å, of roughness and sampling; authors' scripts
 R_ZERNIKE = 6.0  # Å, of the descriptors; paper, Materials and Methods
 D_LINK = 0.5  # Å, below which dots are linked; authors' scripts
 STRIDE = Limits(0, whole=True)
-RANK, RANK_BY = "roughness", "sd"  # by what the residues of a trajectory are ranked without a request
-RANKINGS = ("sd", "range")  # over its frames: standard deviation, or the highest minus the lowest value
+RANK: Final = "roughness"  # by what the residues of a trajectory are ranked without a request
+RANK_BY: Final = "sd"
 PLDDT = Limits(0, 100, open_low=False)
 
 

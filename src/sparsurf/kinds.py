@@ -14,7 +14,7 @@ import textwrap
 from collections.abc import Callable, Iterator, Sequence
 from functools import cache, partial
 from importlib import import_module
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
 from sparsurf.errors import InputError, argument
 from sparsurf.suggestions import F, did_you_mean, public
@@ -22,7 +22,9 @@ from sparsurf.suggestions import F, did_you_mean, public
 ENTRY_POINTS = "sparsurf"  # group of entry points; each is called kind.name
 # The line of a docstring in whose place `with_choices` writes the names of a kind
 CHOICES = re.compile(r"^(?P<indent> *)\{choices of (?P<kind>\w+)\}$", re.MULTILINE)
-FARTHEST, COVER = "farthest", "cover"  # the samplers that "auto" stands for
+# the samplers that "auto" stands for
+FARTHEST: Final = "farthest"
+COVER: Final = "cover"
 CHOICE_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")  # a name stands in configs, columns and names of files
 
 

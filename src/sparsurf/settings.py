@@ -19,8 +19,8 @@ from pydantic import (
 from pydantic_core import PydanticKnownError
 
 from sparsurf import arguments, kinds
+from sparsurf.arguments import Auto, Cavities, Model, RadiiTable, Reentrant
 
-Model = Literal["auto", "interpolant", "spheres"]  # arguments.MODELS
 # `minimal` takes exactly one of them
 REQUEST_KEYS = ("error", "density", "percent", "n_dots", "max_z", "combination")
 
@@ -187,18 +187,16 @@ class SurfaceSettings(Section):
     """How the molecular surface is computed."""
 
     probe_radius: Probe = key(arguments.PROBE_RADIUS, "Radius of the solvent probe, Å.")
-    density: Literal["auto"] | Density = key(
+    density: Auto | Density = key(
         "auto",
         "Number of dots placed per Å^2; auto: 5.35, or more where a smaller d_link requires closer dots.",
     )
-    radii: Literal["dms", "bondi"] = key(
-        "dms", "Table of atomic radii: that of the program DMS, or that of Bondi."
-    )
-    cavities: Literal["keep", "remove"] = key(
+    radii: RadiiTable = key("dms", "Table of atomic radii: that of the program DMS, or that of Bondi.")
+    cavities: Cavities = key(
         "keep",
         "Whether dots on the walls of closed cavities inside the molecule are kept; DMS and the paper keep them.",
     )
-    reentrant: Literal["exact", "dms"] = key(
+    reentrant: Reentrant = key(
         "exact",
         "Concave dots where the surface intersects itself: exact removes them, dms keeps them as the program DMS does.",
     )
@@ -279,7 +277,7 @@ class Evaluation(Section):
 class Minimal(Section):
     """The minimal subset of the dots; give at most one of error, density, percent, n_dots, max_z and combination."""
 
-    sampler: Literal["auto"] | Sampler = key(
+    sampler: Auto | Sampler = key(
         "auto",
         "Sampler that chooses the subset; auto: cover where an error of at most 0.12 Å is requested of dots on atoms, unless the "
         "model is interpolant; else farthest.",

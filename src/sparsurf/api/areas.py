@@ -8,9 +8,10 @@ from itertools import combinations
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sparsurf.api.inputs import MoleculeLike, as_spheres, refuse_dots
-from sparsurf.arguments import PROBE, check_choice
+from sparsurf.arguments import PROBE, RadiiTable, check_choice
 from sparsurf.errors import InputError
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.residues import standard_name
@@ -46,9 +47,9 @@ class Areas:
     frame : int, position of its frame
     """
 
-    accessible: np.ndarray
-    excluded: np.ndarray
-    buried: np.ndarray
+    accessible: NDArray[np.float64]
+    excluded: NDArray[np.float64]
+    buried: NDArray[np.float64]
     probe_radius: float
     table: str | None = None
     molecule: Molecule | None = None
@@ -147,7 +148,7 @@ def areas(
     *,
     frame: int = 0,
     probe_radius: float = PROBE_RADIUS,
-    radii: str = "dms",
+    radii: RadiiTable = "dms",
 ) -> Areas:
     """Compute the solvent-accessible and solvent-excluded area of each atom, residue and chain, and what chains bury, exactly.
 

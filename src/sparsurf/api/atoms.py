@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 
 from sparsurf.api.inputs import DotsLike, as_dots
-from sparsurf.arguments import LENGTH, PROBE, PROBE_RADIUS
+from sparsurf.arguments import LENGTH, PROBE, PROBE_RADIUS, Auto, RadiiTable
 from sparsurf.errors import InputError
 from sparsurf.recovery.spheres.atoms import Atoms, infer
 from sparsurf.recovery.spheres.votes import MIN_DOTS, known_model, vote
@@ -27,8 +27,8 @@ def infer_atoms(
     points: DotsLike | ArrayLike,
     normals: ArrayLike | None = None,
     *,
-    probe_radius: float | str | None = PROBE_RADIUS,
-    radii: str | Sequence[float] | None = "dms",
+    probe_radius: float | Auto | None = PROBE_RADIUS,
+    radii: RadiiTable | Auto | Sequence[float] | None = "dms",
 ) -> Atoms:
     """Infer the atoms under a molecular surface from dots with normals alone.
 

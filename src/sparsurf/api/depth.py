@@ -8,7 +8,7 @@ import numpy as np
 
 from sparsurf.api.inputs import MoleculeLike, as_spheres
 from sparsurf.api.surfaces import placement
-from sparsurf.arguments import PROBE
+from sparsurf.arguments import PROBE, Cavities, RadiiTable
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.suggestions import public
 from sparsurf.surfaces.radii import PROBE_RADIUS
@@ -24,8 +24,8 @@ def depth(
     *,
     frame: int = 0,
     probe_radius: float = PROBE_RADIUS,
-    radii: str = "dms",
-    cavities: str = "remove",
+    radii: RadiiTable = "dms",
+    cavities: Cavities = "remove",
 ) -> pd.DataFrame:
     """Measure how far below the solvent-excluded surface each atom and each residue lies.
 

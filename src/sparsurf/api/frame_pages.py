@@ -13,7 +13,7 @@ import numpy as np
 from sparsurf.api.about import About
 from sparsurf.api.frames import FramesRequest, frames_request, residues_of_frame
 from sparsurf.api.origin import rows_of_origin
-from sparsurf.arguments import D_LINK
+from sparsurf.arguments import D_LINK, Ranking
 from sparsurf.errors import InputError, argument
 from sparsurf.evaluation.frames import surface_of_frame
 from sparsurf.files import pluralise
@@ -54,7 +54,7 @@ def shown_positions(n_frames: int) -> np.ndarray:
 
 
 def ranked_frames(
-    rank: FieldLike | None, rank_by: str | None, shows_frames: bool, rules: Placement
+    rank: FieldLike | None, rank_by: Ranking | None, shows_frames: bool, rules: Placement
 ) -> FramesRequest:
     """Return what a page requests of frames; raise InputError for a wrong ranking, or one of a page without frames."""
     for name, given in (("rank", rank), ("rank_by", rank_by)):

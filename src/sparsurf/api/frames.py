@@ -31,7 +31,17 @@ from sparsurf.api.replacing import (
 )
 from sparsurf.api.surfaces import placement
 from sparsurf.api.writing import parse_output, write_file
-from sparsurf.arguments import PROBE, RANK, RANK_BY, RANKINGS, STRIDE, check_choice
+from sparsurf.arguments import (
+    PROBE,
+    RANK,
+    RANK_BY,
+    RANKINGS,
+    STRIDE,
+    Cavities,
+    RadiiTable,
+    Ranking,
+    check_choice,
+)
 from sparsurf.dot_fields.depth import depth_below, depth_of_residues
 from sparsurf.dot_fields.registry import FieldLike, compute_fields, names_of_fields
 from sparsurf.errors import InputError, argument, naming_file
@@ -91,7 +101,7 @@ class FramesRequest(NamedTuple):
     rules: Placement
     fields: tuple[FieldLike, ...]
     rank: str = RANK  # name of the quantity by which residues are ranked
-    rank_by: str = RANK_BY
+    rank_by: Ranking = RANK_BY
 
     @property
     def names(self) -> list[str]:
@@ -125,10 +135,10 @@ def frames(
     stride: int = ...,
     fields: FieldLike | Sequence[FieldLike] = ...,
     probe_radius: float = ...,
-    radii: str = ...,
-    cavities: str = ...,
+    radii: RadiiTable = ...,
+    cavities: Cavities = ...,
     rank: FieldLike = ...,
-    rank_by: str = ...,
+    rank_by: Ranking = ...,
     jobs: int = ...,
 ) -> FrameTables: ...
 
@@ -142,10 +152,10 @@ def frames(
     stride: int = ...,
     fields: FieldLike | Sequence[FieldLike] = ...,
     probe_radius: float = ...,
-    radii: str = ...,
-    cavities: str = ...,
+    radii: RadiiTable = ...,
+    cavities: Cavities = ...,
     rank: FieldLike = ...,
-    rank_by: str = ...,
+    rank_by: Ranking = ...,
     jobs: int = ...,
 ) -> None: ...
 
@@ -159,10 +169,10 @@ def frames(
     stride: int = 1,
     fields: FieldLike | Sequence[FieldLike] = (),
     probe_radius: float = PROBE_RADIUS,
-    radii: str = "dms",
-    cavities: str = "keep",
+    radii: RadiiTable = "dms",
+    cavities: Cavities = "keep",
     rank: FieldLike = RANK,
-    rank_by: str = RANK_BY,
+    rank_by: Ranking = RANK_BY,
     jobs: int = 1,
 ) -> FrameTables | None:
     """Measure the surface of every frame of a trajectory: area, roughness, depth and fields of each residue.
@@ -265,7 +275,7 @@ def frames_request(
     rules: Placement,
     fields: FieldLike | Sequence[FieldLike],
     rank: FieldLike | None,
-    rank_by: str | None,
+    rank_by: Ranking | None,
 ) -> FramesRequest:
     """Return what is requested of every frame, with the ranked field; raise InputError, in the name of a function, if wrong.
 

@@ -21,6 +21,7 @@ from sparsurf.arguments import (
     PERCENT_LIMITS,
     SEED,
     Limits,
+    Model,
     check_choice,
 )
 from sparsurf.arguments import DENSITY_LIMITS as DENSITIES
@@ -66,7 +67,7 @@ def minimal(
     error: float | None = None,
     max_z: float | None = None,
     sampler: SamplerLike = AUTO,
-    model: str = AUTO,
+    model: Model = AUTO,
     error_99: float | None = None,
     d_link: float = D_LINK,
     seed: int = DEFAULT_SEED,
@@ -156,7 +157,7 @@ def represented(
     sampler: SamplerLike,
     seed: int,
     d_link: float,
-    model: str = AUTO,
+    model: Model = AUTO,
     error_99: float | None = None,
 ) -> Representation:
     """Return a surface and its subset of a size; those of `sizes` that are None are not requested."""
@@ -231,7 +232,7 @@ def recover(
     density: float = DENSITY,
     reach: float = REACH,
     steps: int = NEWTON_STEPS,
-    model: str = AUTO,
+    model: Model = AUTO,
 ) -> Surface:
     """Reconstruct a dense surface from a few dots with normals; nothing else of the molecule is needed.
 
@@ -294,7 +295,7 @@ def recover(
 
 
 def recover_with_share(
-    few: DotsLike, *, density: float, reach: float, steps: int = NEWTON_STEPS, model: str = AUTO
+    few: DotsLike, *, density: float, reach: float, steps: int = NEWTON_STEPS, model: Model = AUTO
 ) -> tuple[Surface, float]:
     """Recover a dense surface like `recover`, and return the share of the dots that lie on spheres of inferred atoms as well."""
     density, reach = DENSITIES.check(density, "density"), REACHES.check(reach, "reach")

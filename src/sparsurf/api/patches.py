@@ -6,6 +6,7 @@ import logging
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sparsurf import kinds
 from sparsurf.api.inputs import SurfaceLike
@@ -36,7 +37,7 @@ def roughness(
     r_patch: float = R_PATCH,
     d_link: float = D_LINK,
     roughness: str | RoughnessFunction = PUBLISHED,
-) -> np.ndarray:
+) -> NDArray[np.float64]:
     """Compute the local roughness R_i of every dot: the mean cosine between the normals of its patch and their mean.
 
     Parameters
@@ -109,7 +110,7 @@ def descriptors(
     up: bool = True,
     d_link: float = D_LINK,
     descriptor: DescriptorLike = PUBLISHED,
-) -> np.ndarray:
+) -> NDArray[np.float64]:
     """Compute the 2D Zernike descriptors of patches.
 
     Parameters

@@ -16,7 +16,7 @@ from sparsurf.api.field_values import check_fields, with_fields
 from sparsurf.api.inputs import MoleculeLike, as_spheres
 from sparsurf.api.parts import digest_of_arguments, forget_other_parts, part_file, write_part
 from sparsurf.api.surfaces import placement
-from sparsurf.arguments import DENSITY_LIMITS, NUMBER_OF_DOTS, PROBE, SEED, Limits
+from sparsurf.arguments import DENSITY_LIMITS, NUMBER_OF_DOTS, PROBE, SEED, Cavities, Limits, RadiiTable
 from sparsurf.errors import InputError
 from sparsurf.files import as_path, checksum_of_file, pluralise, shorten
 from sparsurf.messages import kind_of_warning, listening
@@ -70,8 +70,8 @@ def points(
     seed: int = DEFAULT_SEED,
     frame: int = 0,
     probe_radius: float = PROBE_RADIUS,
-    radii: str = "dms",
-    cavities: str = "remove",
+    radii: RadiiTable = "dms",
+    cavities: Cavities = "remove",
 ) -> Points:
     """Choose points with normals on the solvent-excluded surface of a molecule, as far from one another as possible.
 
@@ -138,8 +138,8 @@ def _checked(
     fields: FieldLike | Sequence[FieldLike],
     seed: int,
     probe_radius: float,
-    radii: str,
-    cavities: str,
+    radii: RadiiTable,
+    cavities: Cavities,
 ) -> PointsRequest:
     """Check the arguments of `points` and `points_of`."""
     if n_dots is not None and density is not None:
@@ -316,8 +316,8 @@ def points_of(
     fields: FieldLike | Sequence[FieldLike] = (),
     seed: int = DEFAULT_SEED,
     probe_radius: float = PROBE_RADIUS,
-    radii: str = "dms",
-    cavities: str = "remove",
+    radii: RadiiTable = "dms",
+    cavities: Cavities = "remove",
     jobs: int = 1,
 ) -> PointsOfFolder:
     """Choose points with normals on the surface of every structure of a folder, or of a list of files.

@@ -29,7 +29,7 @@ from sparsurf.api.views import (
 )
 from sparsurf.api.whole import placed_again
 from sparsurf.api.writing import PAGE_ENDINGS, parse_output, write_page
-from sparsurf.arguments import check_flag
+from sparsurf.arguments import Ranking, check_flag
 from sparsurf.errors import InputError
 from sparsurf.molecules.formats import title
 from sparsurf.molecules.read_molecule import read_molecule
@@ -55,7 +55,7 @@ def show(
     trajectory: str | Path | None = None,
     frame: int | None = None,
     rank: FieldLike | None = None,
-    rank_by: str | None = None,
+    rank_by: Ranking | None = None,
     open_browser: bool = True,
 ) -> View:
     """Show a molecule or a surface as one page, and open it in the browser where there is one.

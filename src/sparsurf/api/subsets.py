@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from sparsurf import kinds
 from sparsurf.api.inputs import SurfaceLike, subset_indices
@@ -147,7 +148,7 @@ def sample(
     sampler: SamplerLike | None = None,
     combination: Sequence[float] | None = None,
     seed: int | None = None,
-) -> np.ndarray:
+) -> NDArray[np.int64]:
     """Choose a subset of dots by a sampler or by a combination of the paper's four parameters.
 
     `minimal` and a study choose the same dots with the same seed.

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sparsurf.api.inputs import MoleculeLike, as_spheres, refuse_dots
-from sparsurf.arguments import CAVITIES, D_LINK, PROBE, check_choice, check_flag
+from sparsurf.arguments import CAVITIES, D_LINK, PROBE, Cavities, RadiiTable, check_choice, check_flag
 from sparsurf.errors import InputError, argument
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.pdb import write_pdb
@@ -31,8 +31,8 @@ def surface_atoms(
     *,
     frame: int = 0,
     probe_radius: float = PROBE_RADIUS,
-    radii: str = "dms",
-    cavities: str = "keep",
+    radii: RadiiTable = "dms",
+    cavities: Cavities = "keep",
     plugs: bool = True,
 ) -> SurfaceAtoms:
     """Find the atoms that determine the solvent-excluded surface exactly: the smallest set of spheres, and a few plugs.

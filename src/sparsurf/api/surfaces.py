@@ -35,6 +35,12 @@ from sparsurf.arguments import (
     PROBE,
     REENTRANT,
     STEP_LIMITS,
+    Auto,
+    Boundary,
+    Cavities,
+    Model,
+    RadiiTable,
+    Reentrant,
     check_choice,
 )
 from sparsurf.errors import InputError
@@ -69,12 +75,12 @@ def surface(
     *,
     frame: int = 0,
     probe_radius: float = PROBE_RADIUS,
-    density: float | str = "auto",
-    radii: str = "dms",
+    density: float | Auto = "auto",
+    radii: RadiiTable = "dms",
     d_link: float = D_LINK,
-    cavities: str = "keep",
-    reentrant: str = "exact",
-    boundary: str = "excluded",
+    cavities: Cavities = "keep",
+    reentrant: Reentrant = "exact",
+    boundary: Boundary = "excluded",
 ) -> Surface:
     """Place dots with analytic normals on the solvent-excluded or solvent-accessible surface of a molecule.
 
@@ -234,7 +240,7 @@ def mesh(
     *,
     density: float | None = None,
     step: float | None = None,
-    cavities: str | None = None,
+    cavities: Cavities | None = None,
     fields: FieldLike | Sequence[FieldLike] = (),
 ) -> Mesh:
     """Triangulate the solvent-excluded surface of a molecule, or the surface reconstructed from a few dots.
@@ -338,7 +344,7 @@ def mesh_of_dots(
     few: Surface,
     size: MeshSize,
     names: Sequence[FieldLike] = (),
-    model: str = "auto",
+    model: Model = "auto",
     reach: float | None = None,
 ) -> Mesh:
     """Return the mesh recovered from few dots; each vertex has the atom of the nearest of them, and interpolated fields."""
@@ -355,7 +361,7 @@ def mesh_of_dots(
 
 
 def _reconstructed_mesh(
-    few: Surface, size: MeshSize, model: str, reach: float | None
+    few: Surface, size: MeshSize, model: Model, reach: float | None
 ) -> tuple[Mesh, Surface]:
     """Return the mesh reconstructed from few dots, without atoms and fields, and the dense dots between which it lies."""
     from sparsurf.recovery.mesh import mesh_of_dense
@@ -439,7 +445,11 @@ def as_index(source: SurfaceLike, d_link: float, radius: float, name: str) -> Pa
 
 
 def placement(
-    probe_radius: float, density: float | str, radii: str, cavities: str, reentrant: str = "exact"
+    probe_radius: float,
+    density: float | Auto,
+    radii: RadiiTable,
+    cavities: Cavities,
+    reentrant: Reentrant = "exact",
 ) -> Placement:
     """Return how dots are placed for what the functions and commands were given; a density or 'auto'."""
     check_choice(cavities, CAVITIES, "cavities")

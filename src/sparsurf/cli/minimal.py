@@ -5,7 +5,7 @@ import argparse
 from sparsurf import kinds
 from sparsurf.api import writing
 from sparsurf.api.minimal import SIZES, represented
-from sparsurf.arguments import DISTANCE_OR_INFINITE
+from sparsurf.arguments import DISTANCE_OR_INFINITE, Model
 from sparsurf.cli import options, outputs
 from sparsurf.evaluation.minimal_subset import Representation
 from sparsurf.evaluation.statistics import reference_values
@@ -99,7 +99,7 @@ def run(args: argparse.Namespace) -> None:
     options.say(f"choosing among {len(surface):,} dots")
     sizes = {name: getattr(args, name) for name in SIZES}
     surface = options.with_requested_fields(args, surface, molecule)
-    model = getattr(args, "reconstruction", AUTO)
+    model: Model = getattr(args, "reconstruction", AUTO)
     result = represented(surface, sizes, args.sampler, args.seed, args.d_link, model, args.error_99)
     few, message = result.subset, ""
     if outputs.is_reported(args):

@@ -14,7 +14,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from sparsurf.arguments import DENSITY_LIMITS, PROBE
+from sparsurf.arguments import DENSITY_LIMITS, PROBE, Auto
 from sparsurf.errors import InputError, printable
 from sparsurf.garbage import collect_rarely
 from sparsurf.version import __version__
@@ -194,7 +194,7 @@ def _run(given: dict[str, str]) -> None:
     components = list[Component]()
     if outside:
         # of the areas of atoms: sparse dots miss atoms of which little is exposed
-        dense = DENSITY_OF_AREAS if "af" in given and "no_area" not in given else "auto"
+        dense: float | Auto = DENSITY_OF_AREAS if "af" in given and "no_area" not in given else "auto"
         dots = surface(pair, probe_radius=probe, density=dense, cavities="remove")
         components.append(Component(dots, mesh(dots, density=density)))
     for cavity in cavities:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sparsurf.arguments import Cavities
 from sparsurf.surfaces.molecular_surface import roll_spheres
 from sparsurf.surfaces.spacing import DENSITY
 
@@ -14,7 +15,9 @@ if TYPE_CHECKING:
     from sparsurf.surfaces.surface import Surface, SurfaceOrigin
 
 
-def depth_of_atoms(xyz: np.ndarray, radii: np.ndarray, probe: float, cavities: str = "remove") -> np.ndarray:
+def depth_of_atoms(
+    xyz: np.ndarray, radii: np.ndarray, probe: float, cavities: Cavities = "remove"
+) -> np.ndarray:
     """Return the distance of atoms at (A, 3) with radii (A,) from the nearest dot of their surface, (A,), Å.
 
     An atom that the probe touches lies exactly its radius below the surface. Others are too deep by up to 0.2 Å, since the

@@ -8,9 +8,10 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from numpy.typing import DTypeLike
+from numpy.typing import DTypeLike, NDArray
 
 from sparsurf import kinds
+from sparsurf.arguments import Model
 from sparsurf.dot_fields.registry import compute_fields, takes_dots
 from sparsurf.errors import InputError, argument
 from sparsurf.evaluation.prepared_surface import PreparedSurface, number_of_tests
@@ -67,13 +68,13 @@ class Subset(Shown):
     measure_errors : function without arguments that measures how far the surface deviates from the reconstructed one
     """
 
-    dots: np.ndarray
-    weight: np.ndarray
+    dots: NDArray[np.int64]
+    weight: NDArray[np.float64]
     surface: Surface
     molecule: Molecule | None = None
     interval: tuple[float, float] | None = None
     sampler: str = "farthest"
-    model: str = INTERPOLANT
+    model: Model = INTERPOLANT
     decided_by: str = ""
     measure_errors: Callable[[], pd.DataFrame] | None = field(default=None, repr=False)
 
@@ -264,7 +265,7 @@ def _atoms_of_all(surface: Surface, molecule: Molecule | None) -> SurfaceOrigin 
     return surface.origin if has_atoms else None
 
 
-def _model(request: Minimal, sampler: str) -> str:
+def _model(request: Minimal, sampler: str) -> Model:
     """Return the model by which errors are measured: with the sampler cover the spheres, with others the interpolant."""
     return request.model if request.model != AUTO else SPHERES if sampler == COVER else INTERPOLANT
 
@@ -285,7 +286,7 @@ def _smallest(trials: Trials, request: Minimal, hydrogens: bool, choices: Choice
             "%s: dots that touch every atom do not determine their spheres here; evenly spread dots were chosen in place of "
             "those of the sampler %s.", name, COVER,
         )  # fmt: skip
-    model = INTERPOLANT if request.model == AUTO else AUTO
+    model: Model = INTERPOLANT if request.model == AUTO else AUTO
     spread = Trials(trials.prepared, FARTHEST, len(trials.tests), choices, model, trials.atoms)
     return spread, smallest_subset_of_error(spread, error, hydrogens, error_99)
 
@@ -328,7 +329,7 @@ def _n_s(request: Minimal, prepared: PreparedSurface) -> int | None:
 
 
 def subset_table(
-    dots: np.ndarray, weight: np.ndarray, kept: Surface, molecule: Molecule | None = None
+    dots: NDArray[np.int64], weight: np.ndarray, kept: Surface, molecule: Molecule | None = None
 ) -> pd.DataFrame:
     """Return the rows of minimal.csv, with residues if the molecule is known; other arguments are parts of a `Subset`."""
     table = pd.DataFrame({"dot": dots})

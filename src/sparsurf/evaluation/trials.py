@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from sparsurf.arguments import Model
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.patches.readings import FULL_READING
 from sparsurf.recovery.errors import TAIL_QUANTILE, distance_to_surface, kept_out
@@ -68,7 +69,7 @@ class Trials:
         sampler: SamplerLike,
         n_tests: int,
         choices: Choices = PUBLISHED_CHOICES,
-        model: str = INTERPOLANT,
+        model: Model = INTERPOLANT,
         atoms: SurfaceOrigin | None = None,
     ) -> None:
         self.prepared, self.model, self.atoms = prepared, model, atoms

@@ -7,6 +7,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sparsurf.errors import naming_file
 from sparsurf.files import StrPath, pluralise
@@ -39,8 +40,8 @@ class Molecule(Shown):
     files : the files that it was read from, which `write` never replaces
     """
 
-    xyz: np.ndarray
-    time_ps: np.ndarray
+    xyz: NDArray[np.float64]
+    time_ps: NDArray[np.float64]
     frame_number: np.ndarray
     name: np.ndarray
     residue_name: np.ndarray
@@ -49,7 +50,7 @@ class Molecule(Shown):
     residue: np.ndarray
     residue_index: np.ndarray
     kind: np.ndarray
-    b_factor: np.ndarray
+    b_factor: NDArray[np.float64]
     masked_residues: int | None = None
     files: tuple[str, ...] = ()
 

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from sparsurf.arguments import STRIDE, check_flag, check_plddt
+from sparsurf.arguments import STRIDE, Hydrogens, check_flag, check_plddt
 from sparsurf.errors import FILE, InputError, argument, naming_file
 from sparsurf.files import StrPath, pluralise, shorten
 from sparsurf.molecules.atom_table import AtomFile
@@ -57,7 +57,7 @@ def read_molecule(
     residues: str | Sequence[str] | None = None,
     model: int | None = None,
     altloc: str = "first",
-    hydrogens: str = "keep",
+    hydrogens: Hydrogens = "keep",
     ligands: bool | str | Sequence[str] = False,
     stride: int = 1,
     times: Sequence[float] | None = None,

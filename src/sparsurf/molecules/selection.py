@@ -11,7 +11,7 @@ from typing import NamedTuple, TypedDict, cast
 
 import numpy as np
 
-from sparsurf.arguments import split_names
+from sparsurf.arguments import Hydrogens, split_names
 from sparsurf.errors import FILE, InputError, argument
 from sparsurf.files import shorten
 from sparsurf.molecules.atoms import AtomsLike
@@ -33,7 +33,7 @@ class SelectionKeys(TypedDict, total=False):
     selection: str | None
     chains: str | Sequence[str] | None
     residues: str | Sequence[str] | None
-    hydrogens: str
+    hydrogens: Hydrogens
     ligands: bool | str | Sequence[str]
 
 
@@ -43,7 +43,7 @@ def select_atoms(
     selection: str | None = None,
     chains: str | Sequence[str] | None = None,
     residues: str | Sequence[str] | None = None,
-    hydrogens: str = "keep",
+    hydrogens: Hydrogens = "keep",
     ligands: bool | str | Sequence[str] = False,
     split: Mapping[str, Sequence[str]] = MappingProxyType({}),
     report: bool = True,

@@ -9,7 +9,7 @@ three dots determine an atom.
 
 import math
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Literal, NamedTuple, get_args
 
 from sparsurf.arguments import (
     AUTO,
@@ -18,6 +18,7 @@ from sparsurf.arguments import (
     INTERPOLANT,
     MODELS,
     SPHERES,
+    Model,
     check_choice,
     check_flag,
 )
@@ -42,8 +43,9 @@ MEASURED_FROM, MEASURED_TO = 0.15, 2.4  # dots per Å^2, of evenly spread dots
 ROUNDING_OF_DENSITY = 1e-9  # relative, of a density from `density_for`
 # Å, for which dots that touch every exposed atom were measured: few more than that touch each twice
 LARGEST_REQUEST = 0.05
+MeasuredSampler = Literal["farthest", "cover"]
 # By sampler, model, and whether the molecules have explicit hydrogens: evidence/tables/spheres_means.csv, in three digits
-MEASURED = {
+MEASURED: dict[tuple[str, Model, bool], Measured] = {
     (FARTHEST, INTERPOLANT, False): Measured(
         (0.15, 0.25, 0.3, 0.4, 0.6, 1.2, 2.4),
         (0.0851, 0.0471, 0.0385, 0.028, 0.0178, 0.00818, 0.00388),
@@ -84,7 +86,7 @@ def start_density(error: float, hydrogens: bool) -> float:
 
 @public()
 def density_for(
-    error: float, *, hydrogens: bool = False, sampler: str = FARTHEST, model: str = AUTO
+    error: float, *, hydrogens: bool = False, sampler: MeasuredSampler = FARTHEST, model: Model = AUTO
 ) -> float:
     """Return the density of kept dots from which a surface is reconstructed with a given mean error.
 
@@ -141,7 +143,7 @@ def density_for(
 
 @public()
 def error_at(
-    density: float, *, hydrogens: bool = False, sampler: str = FARTHEST, model: str = AUTO
+    density: float, *, hydrogens: bool = False, sampler: MeasuredSampler = FARTHEST, model: Model = AUTO
 ) -> tuple[float, float]:
     """Return the error of a surface that is reconstructed from kept dots of a given density.
 
@@ -191,10 +193,10 @@ def error_at(
     return _at(law.density, law.mean, density), _at(law.density, law.high_99, density)
 
 
-def _law(hydrogens: bool, sampler: str, model: str) -> Measured:
+def _law(hydrogens: bool, sampler: str, model: Model) -> Measured:
     """Return the measurements of a sampler and a model; raise InputError if there are none."""
     check_flag(hydrogens, "hydrogens")
-    check_choice(sampler, (FARTHEST, COVER), "sampler")
+    check_choice(sampler, get_args(MeasuredSampler), "sampler")
     check_choice(model, MODELS, "model")
     if model == AUTO:
         model = SPHERES if sampler == COVER else INTERPOLANT
@@ -210,7 +212,7 @@ def _ends(law: Measured) -> tuple[tuple[float, float], tuple[float, float]]:
     return (law.mean[0], law.mean[-1]), (law.high_99[0], law.high_99[-1])
 
 
-def _of(sampler: str, model: str) -> str:
+def _of(sampler: str, model: Model) -> str:
     """Return for which dots something was measured, unless these are the default."""
     return "" if (sampler, model) == (FARTHEST, AUTO) else f" with sampler={sampler!r} and model={model!r}"
 

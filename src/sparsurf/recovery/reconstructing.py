@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sparsurf.arguments import AUTO, INTERPOLANT, SPHERES
+from sparsurf.arguments import AUTO, INTERPOLANT, SPHERES, Model
 from sparsurf.errors import InputError
 from sparsurf.files import pluralise
 from sparsurf.recovery.errors import DENSITY_FOR_ERRORS, distance_to_surface
@@ -33,7 +33,7 @@ DENSITY_FOR_EXACT_ERRORS = 10.0
 def reconstruct(
     few: Surface,
     density: float = DENSITY,
-    model: str = AUTO,
+    model: Model = AUTO,
     reach: float = REACH,
     steps: int = NEWTON_STEPS,
     threads: int = 1,
@@ -57,7 +57,7 @@ def surface_with_fields(few: Surface, rebuilt: Rebuilt) -> Surface:
 def reconstruct_at(
     few: Surface,
     densities: Sequence[float],
-    model: str = AUTO,
+    model: Model = AUTO,
     reach: float = REACH,
     steps: int = NEWTON_STEPS,
     threads: int = 1,
@@ -120,7 +120,11 @@ class Reconstructed(NamedTuple):
 
 
 def reconstruct_twice(
-    few: Surface, density: float, model: str = AUTO, threads: int = 1, of_spheres: float = DENSITY_FOR_SPHERES
+    few: Surface,
+    density: float,
+    model: Model = AUTO,
+    threads: int = 1,
+    of_spheres: float = DENSITY_FOR_SPHERES,
 ) -> Reconstructed:
     """Reconstruct the surface of few dots for its errors, and at `density` dots per Å^2; 'spheres' refuses no dots here.
 
@@ -131,7 +135,7 @@ def reconstruct_twice(
 
 
 def _densely(
-    few: Surface, model: str, threads: int, *densities: float, of_spheres: float = DENSITY_FOR_SPHERES
+    few: Surface, model: Model, threads: int, *densities: float, of_spheres: float = DENSITY_FOR_SPHERES
 ) -> list[Rebuilt]:
     """Reconstruct the surface of few dots so densely that errors are measured from its dots, and at further densities.
 
@@ -147,7 +151,7 @@ def _densely(
 
 
 def distance_to_reconstructed(
-    points: np.ndarray, few: Surface, model: str = AUTO, threads: int = 1
+    points: np.ndarray, few: Surface, model: Model = AUTO, threads: int = 1
 ) -> np.ndarray:
     """Compute the distance (M,), Å, of points from the surface of few dots; 'spheres' refuses no dots here."""
     return distance_to_surface(points, *_densely(few, model, threads)[0][:2], threads)

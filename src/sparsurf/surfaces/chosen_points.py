@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sparsurf.shown import Shown
 from sparsurf.surfaces.surface import Surface
@@ -60,12 +61,12 @@ class Points(Shown, tuple):
         return f"Points: {len(self.surface):,} with normals"
 
     @property
-    def points(self) -> np.ndarray:
+    def points(self) -> NDArray[np.float32]:
         """Positions, (n, 3) float32, Å."""
         return self[-2]
 
     @property
-    def normals(self) -> np.ndarray:
+    def normals(self) -> NDArray[np.float32]:
         """Outward unit normals, (n, 3) float32."""
         return self[-1]
 
@@ -75,7 +76,7 @@ class Points(Shown, tuple):
         return len(self.surface)
 
     @property
-    def area(self) -> np.ndarray:
+    def area(self) -> NDArray[np.float32]:
         """Area that each point stands for, (n,) float32, Å^2."""
         return self.surface.area.astype(np.float32)
 

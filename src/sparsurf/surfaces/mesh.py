@@ -14,7 +14,9 @@ from itertools import permutations
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
+from sparsurf.arguments import Cavities
 from sparsurf.errors import InputError
 from sparsurf.kernels import njit
 from sparsurf.shown import Shown
@@ -67,7 +69,7 @@ class Mesh(Shown):
     """
 
     vertices: Surface
-    triangles: np.ndarray
+    triangles: NDArray[np.int64]
 
     def to_frame(self) -> pd.DataFrame:
         """Tabulate position, normal, area, kind, labels of the atom and fields of the vertices, as `to_frame` of a Surface."""
@@ -102,7 +104,7 @@ def widest_step(probe: float) -> float:
 def build_mesh(
     points: np.ndarray,
     normals: np.ndarray,
-    triangles: np.ndarray,
+    triangles: NDArray[np.int64],
     kind: np.ndarray | None = None,
     atom: np.ndarray | None = None,
 ) -> Mesh:
@@ -140,7 +142,7 @@ def molecular_mesh(
     probe: float = PROBE_RADIUS,
     step: float = GRID_STEP,
     threads: int = 1,
-    cavities: str = "keep",
+    cavities: Cavities = "keep",
 ) -> Mesh:
     """Generate the solvent-excluded surface of spheres, (A, 3) and (A,) Å, as a Mesh whose corners lie on the surface.
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sparsurf.arguments import Auto, Cavities, Reentrant
 from sparsurf.errors import InputError, argument
 from sparsurf.surfaces.components import components_of_rolled, without_cavities
 from sparsurf.surfaces.dot_placement import (
@@ -107,7 +108,7 @@ class RolledFrame:
 
     rolled: RolledProbe
     kept: np.ndarray  # (K,) int, its atoms among those of the molecule
-    cavities: str = "keep"  # 'keep' or 'remove'
+    cavities: Cavities = "keep"  # 'keep' or 'remove'
 
     def surface(self, density: float) -> Surface:
         """Place dots of a density."""
@@ -120,7 +121,7 @@ class RolledFrame:
         return components_of_rolled(surface, self.rolled, self.kept)
 
     def surface_for_d_link(
-        self, density: float | str, d_link: float, name: str, published: Surface | None = None
+        self, density: float | Auto, d_link: float, name: str, published: Surface | None = None
     ) -> tuple[Surface, float]:
         """Place dots with a density that suits d_link (Å), and return them and the density, dots per Å^2.
 
@@ -176,7 +177,11 @@ def roll_frame(
 
 
 def roll_spheres(
-    xyz: ArrayLike, radii: ArrayLike, probe: float, reentrant: str = "exact", cavities: str = "keep"
+    xyz: ArrayLike,
+    radii: ArrayLike,
+    probe: float,
+    reentrant: Reentrant = "exact",
+    cavities: Cavities = "keep",
 ) -> RolledFrame:
     """Roll the probe over spheres; arguments are those of `molecular_surface`, and whether to keep or remove cavities."""
     xyz, radii, kept = checked_spheres(xyz, radii, probe)
@@ -228,7 +233,7 @@ def molecular_surface(
     radii: ArrayLike,
     probe: float = PROBE_RADIUS,
     density: float = DENSITY,
-    reentrant: str = "exact",
+    reentrant: Reentrant = "exact",
 ) -> Surface:
     """Generate the solvent-excluded surface of spheres `xyz` (A, 3) and `radii` (A,), Å; dots are grouped by atom, in order.
 

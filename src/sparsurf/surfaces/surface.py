@@ -11,8 +11,20 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
-from sparsurf.arguments import MODELS, PROBE, PROBE_RADIUS, RADII_TABLES, index_array
+from sparsurf.arguments import (
+    MODELS,
+    PROBE,
+    PROBE_RADIUS,
+    RADII_TABLES,
+    Auto,
+    Cavities,
+    Model,
+    RadiiTable,
+    Reentrant,
+    index_array,
+)
 from sparsurf.errors import FILE, InputError, argument, naming_file
 from sparsurf.files import pluralise, shorten
 from sparsurf.shown import Shown
@@ -60,10 +72,10 @@ class Placement:
     """How dots are placed on a molecule; the section `surface` of a config has the same keys and defaults."""
 
     probe_radius: float = PROBE_RADIUS  # Å
-    density: float | str = "auto"  # dots per Å^2, or as many as d_link needs
-    radii: str = "dms"  # table of atomic radii
-    cavities: str = "keep"  # or remove
-    reentrant: str = "exact"  # or dms
+    density: float | Auto = "auto"  # dots per Å^2, or as many as d_link needs
+    radii: RadiiTable = "dms"  # table of atomic radii
+    cavities: Cavities = "keep"  # or remove
+    reentrant: Reentrant = "exact"  # or dms
 
 
 Rules: TypeAlias = "Placement | SurfaceSettings"
@@ -74,7 +86,7 @@ class Reconstruction(NamedTuple):
 
     probe_radius: float  # Å, with which the dots were placed
     radii: str | None  # table of atomic radii; None where it is not known
-    model: str  # 'spheres', 'interpolant' or 'auto', as in `recover`
+    model: Model  # 'spheres', 'interpolant' or 'auto', as in `recover`
 
     @classmethod
     def of_columns(cls, columns: Mapping[str, Any]) -> Reconstruction | None:
@@ -132,7 +144,7 @@ class SurfaceOrigin:
         """Name of the table of their radii; None for spheres with radii of the user."""
         return None if self.molecule is None else self.rules.radii
 
-    def reconstruction(self, model: str) -> Reconstruction:
+    def reconstruction(self, model: Model) -> Reconstruction:
         """Return how the surface is reconstructed from some of the dots."""
         return Reconstruction(self.rules.probe_radius, self.table, model)
 
@@ -213,9 +225,9 @@ class Surface(Shown):
         There are no dots, shapes disagree, values are NaN, infinite or impossible, or normals are not unit vectors.
     """
 
-    points: np.ndarray
-    normals: np.ndarray
-    area: np.ndarray
+    points: NDArray[np.float64]
+    normals: NDArray[np.float64]
+    area: NDArray[np.float64]
     kind: np.ndarray
     atom: np.ndarray
     fields: dict[str, np.ndarray]

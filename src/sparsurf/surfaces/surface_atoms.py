@@ -19,8 +19,9 @@ from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from sparsurf.arguments import index_array
+from sparsurf.arguments import Cavities, RadiiTable, index_array
 from sparsurf.errors import InputError
 from sparsurf.kernels import njit
 from sparsurf.shown import Shown
@@ -77,13 +78,13 @@ class SurfaceAtoms(Shown):
     frame : int, position of its frame
     """
 
-    centres: np.ndarray
-    radii: np.ndarray
-    atom: np.ndarray
-    touched: np.ndarray
+    centres: NDArray[np.float64]
+    radii: NDArray[np.float64]
+    atom: NDArray[np.int64]
+    touched: NDArray[np.bool_]
     probe_radius: float
-    cavities: str
-    table: str | None
+    cavities: Cavities
+    table: RadiiTable | None
     spheres: Spheres
     molecule: Molecule | None = None
     frame: int = 0
@@ -222,7 +223,11 @@ def _balls(xyz: np.ndarray, radii: np.ndarray, probe: float) -> _Balls:
 
 
 def _free_positions(
-    balls: _Balls, cavities: str, probe: float, ids: np.ndarray | None = None, whole: _Positions | None = None
+    balls: _Balls,
+    cavities: Cavities,
+    probe: float,
+    ids: np.ndarray | None = None,
+    whole: _Positions | None = None,
 ) -> _Positions:
     """Roll the probe over all balls, or over those of `ids`, and find the positions that shape the surface.
 
@@ -308,7 +313,7 @@ def _are_equal(whole: _Positions, part: _Positions) -> bool:
     return all(np.array_equal(np.sort(a), np.sort(b)) for a, b in zip(*numbers, strict=True))
 
 
-def _plug(balls: _Balls, whole: _Positions, chosen: np.ndarray, cavities: str, probe: float) -> bool:
+def _plug(balls: _Balls, whole: _Positions, chosen: np.ndarray, cavities: Cavities, probe: float) -> bool:
     """Add plugs to the chosen balls, in place, until the set determines the surface; return whether it does.
 
     After the first round only the neighbourhood of the voids is rolled over, unless labels of cavities need the whole.

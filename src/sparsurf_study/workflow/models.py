@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, PlainSerializer, model_validator
 
 from sparsurf import kinds
-from sparsurf.arguments import DEFAULT_SEED
+from sparsurf.arguments import DEFAULT_SEED, Hydrogens
 from sparsurf.molecules.formats import STRUCTURE_LABELS, TOPOLOGY_LABELS, TRAJECTORY_LABELS
 from sparsurf.settings import (
     Evaluation,
@@ -146,9 +146,7 @@ class Protein(Section):
     altloc: Text = optional(
         "Which of the alternate positions of an atom is used: first (the default), highest (occupancy) or a letter."
     )
-    hydrogens: Literal["keep", "remove"] = optional(
-        "Whether the hydrogens of the file are kept (the default) or removed."
-    )
+    hydrogens: Hydrogens = optional("Whether the hydrogens of the file are kept (the default) or removed.")
     simulate: Annotated[Simulate, AfterValidator(Simulate.model_dump), PlainSerializer(dict)] = optional(
         Simulate.__doc__ or ""
     )

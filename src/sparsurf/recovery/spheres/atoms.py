@@ -10,6 +10,7 @@ import math
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sparsurf.kernels import njit
 from sparsurf.patches.index import PatchIndex, build_grid, cells_within, select_separated
@@ -55,8 +56,8 @@ class Atoms(NamedTuple):
     touches : (A,) int64, number of distinct probes of the dots that touch each atom
     """
 
-    centres: np.ndarray
-    radii: np.ndarray
+    centres: NDArray[np.float64]
+    radii: NDArray[np.float64]
     touches: np.ndarray
 
 
