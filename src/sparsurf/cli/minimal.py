@@ -138,9 +138,9 @@ def _error(result: Representation) -> str:
     )
     average = reference_values(trials.prepared.describe(trials.tests)[0])["Z_mean_descriptor"]
     return (
-        f"The surface {surface} deviates by {errors['mean']:.3f} Å on average (99 %: "
-        f"{errors['high_99']:.3f} Å, largest: {errors['largest']:.2f} Å; measured on {errors['measured_on']}). "
-        f"99 % of it lies within {errors['back_99']:.3f} Å of the true surface.\n"
+        f"The surface {surface} deviates by {errors['mean']:.4f} Å on average (99 %: "
+        f"{errors['high_99']:.4f} Å, largest: {errors['largest']:.2f} Å; measured on {errors['measured_on']}). "
+        f"99 % of it lies within {errors['back_99']:.4f} Å of the true surface.\n"
         f"Its Z is {errors['Z_published']:.2f}: "
         f"an identical surface has a Z of 0, and the mean patch in place of every patch has a Z of {average:.2f}."
         + "".join(f"\n{sentence}" for sentence in result.subset.decision)
