@@ -1,8 +1,9 @@
-"""Descriptors of points against sums over their neighbours, and meshes that are closed or not."""
+"""Descriptors of points against sums over their neighbours, meshes that are closed or not, and programs that call MSMS."""
 
 import numpy as np
+import pandas as pd
 
-from measures import interfaces
+from measures import clients, interfaces
 from measures.points import euler, is_closed
 
 
@@ -31,3 +32,13 @@ def test_a_mesh_is_closed_if_each_edge_has_two_triangles_and_each_vertex_one_fan
     assert not is_closed(np.vstack([tetrahedron[:3], [[0, 2, 3]]]))  # one is turned over
     touching = np.where(tetrahedron == 0, 0, tetrahedron + 3)
     assert not is_closed(np.vstack([tetrahedron, touching]))  # two fans at vertex 0
+
+
+def test_a_client_is_counted_and_compared_where_it_finished():
+    rows = [("A", "a", "MSMS", 0, 100.0), ("A", "a", "sparsurf-msms", 0, 102.0), ("A", "b", "MSMS", 0, 100.0),
+            ("A", "b", "sparsurf-msms", 1, np.nan), ("A", "c", "MSMS", 0, 100.0), ("A", "c", "sparsurf-msms", 0, 97.0)]  # fmt: skip
+    table = pd.DataFrame(rows, columns=["client", "structure", "program", "failed", "area"])
+    table = table.assign(version="1", seconds=1.0, vertices=10.0, depth=np.nan)
+    (row,) = clients.means(table).to_dict("records")
+    assert (row["n"], row["n_msms"], row["n_sparsurf"]) == (3, 3, 2)
+    assert np.isclose(row["area_percent"], -0.5) and np.isclose(row["largest_area_percent"], 3)
