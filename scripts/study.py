@@ -160,7 +160,7 @@ def run_study(config: dict, files: list[Path], options: Sequence[str]) -> int:
         failures = failed_places(config, run, failed)
         if failures.keys() - config["exclude"].keys():
             finished = closed(config, run, failures, files)
-        say_what_failed(run, failed)
+        say_what_failed(run, failed, code)
         config = config | {"exclude": failures}
     say_what_came_out(config, run, time.time() - begin, finished and (run / "index.html").is_file())
     return code

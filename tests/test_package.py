@@ -282,11 +282,12 @@ def test_kernels_of_a_read_only_package_lie_in_the_temporary_directory(read_only
     assert run_code(CACHE_OF_KERNEL, XDG_CACHE_HOME=str(own)).stdout.startswith(str(own / "numba"))
 
 
-@pytest.mark.parametrize("named", [None, "/proc/1/matplotlib"])
-def test_figures_are_drawn_without_a_warning_where_matplotlib_may_write_nowhere(read_only, named):
+@pytest.mark.parametrize("variables", [{}, {"MPLCONFIGDIR": "/proc/1/matplotlib"}, {"HOME": "~"}])
+def test_figures_are_drawn_without_a_warning_where_matplotlib_may_write_nowhere(read_only, variables):
+    """Read-only, or an account without a home, whose working folder can be written."""
     temporary, run_code = read_only
     code = "import sparsurf, matplotlib.font_manager; print(matplotlib.get_cachedir())"
-    done = run_code(code, **({"MPLCONFIGDIR": named} if named else {}))
+    done = run_code(code, **variables)
     assert done.returncode == 0 and "temporary cache" not in done.stderr, done.stderr
     assert done.stdout.startswith(f"{temporary}/sparsurf-kernels-")
     (own := temporary / "own").mkdir()

@@ -43,7 +43,10 @@ server.connect(address)
 message = json.dumps([arguments, os.getcwd(), dict(os.environ)]).encode()
 socket.send_fds(server, [len(message).to_bytes(8, "big")], [0, 1, 2])
 server.sendall(message)
-sys.exit((server.recv(1) or b"\\1")[0])
+code = (server.recv(1) or b"\\1")[0]
+if code > 192:  # it was killed
+    os.kill(os.getpid(), 256 - code)
+sys.exit(code)
 """
 
 

@@ -4,6 +4,7 @@ import ast
 import os
 import subprocess
 import sys
+import time
 
 from conftest import ROOT
 from sparsurf import kernels
@@ -96,6 +97,40 @@ def test_a_kill_between_the_files_of_a_kernel_loads_no_older_form(tmp_path):
         assert run.returncode == bool(before), run.stderr[-500:]
     assert run.stdout == "42.0\n"
     assert len([*tmp_path.rglob("*.nbc")]) == 1  # the older one is removed
+
+
+WAITING = """
+import time
+from pathlib import Path
+from numba.core import caching
+named = caching.IndexDataCacheFile._save_index
+def after_another_process(self, forms):
+    Path("stored").touch()
+    while not Path("go").exists():
+        time.sleep(0.01)
+    named(self, forms)
+caching.IndexDataCacheFile._save_index = after_another_process
+"""
+
+
+def test_two_processes_that_compile_at_once_both_compute_and_leave_one_form(tmp_path):
+    """The second one stores its form, and removes what no index names, between the two files of the first."""
+    (tmp_path / "kernels_of_a_type").mkdir()
+    (tmp_path / "kernels_of_a_type" / "__init__.py").touch()
+    (tmp_path / "kernels_of_a_type" / "scaling.py").write_text(OF_A_TYPE.format(type="Same", factor=2))
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "kernels")}
+
+    def start(before=""):
+        call = [sys.executable, "-c", before + "import kernels_of_a_type.scaling"]
+        return subprocess.Popen(call, cwd=tmp_path, env=environment, stdout=subprocess.PIPE, text=True)
+
+    first = start(WAITING)
+    while not (tmp_path / "stored").exists() and first.poll() is None:
+        time.sleep(0.01)
+    printed = [start().communicate()[0]]
+    (tmp_path / "go").touch()
+    printed += [first.communicate()[0], start().communicate()[0]]
+    assert printed == 3 * ["42.0\n"] and len([*tmp_path.rglob("*.nbc")]) == 1
 
 
 ALL_COMMANDS = """

@@ -7,7 +7,9 @@ import os
 import shutil
 import sys
 import tempfile
+import time
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
@@ -56,6 +58,8 @@ PAGE_ENDINGS = (".html",)
 PAGE_FORMATS = kinds.suffixes("page")  # which show dots, or residues
 POSITION_COLUMNS = ("x", "y", "z", "nx", "ny", "nz")
 MAX_NAME_BYTES = 255  # bytes
+BESIDE_OUTPUT = ".sparsurf-"  # begins the name of the folder in which a result is written
+SECONDS_OF_KILLED = 3600  # a call writes for seconds: a folder of this age is one that a killed call left
 
 
 @dataclass(frozen=True)
@@ -170,7 +174,8 @@ def write_file(
     `writers` are functions of a path by suffix; output and formats are those of `parse_output`.
     """
     suffix, packed, folder = parse_output(output, formats)
-    with tempfile.TemporaryDirectory(dir=folder, prefix=".sparsurf-") as temporary:
+    _remove_leftovers(folder)
+    with tempfile.TemporaryDirectory(dir=folder, prefix=BESIDE_OUTPUT) as temporary:
         path = Path(temporary, f"part{suffix}")
         writers[suffix](path)
         if packed:
@@ -183,6 +188,16 @@ def write_file(
             with open(path, "rb") as content:
                 shutil.copyfileobj(content, sys.stdout.buffer)
             sys.stdout.buffer.flush()
+
+
+def _remove_leftovers(folder: Path | None) -> None:
+    """Remove what killed calls left in the folder of an output; by age, as several calls may write into it at once."""
+    for left in folder.glob(f"{BESIDE_OUTPUT}*") if folder else ():
+        with suppress(OSError):
+            if time.time() - left.lstat().st_mtime > SECONDS_OF_KILLED:
+                for part in left.glob("part.*"):
+                    part.unlink()
+                left.rmdir()  # which fails where it holds a file of the user
 
 
 def write_page(path: str | Path, html: str) -> None:

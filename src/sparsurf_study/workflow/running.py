@@ -1,6 +1,7 @@
 """Snakemake as another process: one study at a time per checkout, signals passed on, its errors kept and reported."""
 
 import fcntl
+import getpass
 import os
 import shutil
 import signal
@@ -16,6 +17,7 @@ from typing import IO
 import psutil
 
 from sparsurf.errors import InputError
+from sparsurf.kernel_cache import can_write
 from sparsurf_study import catalogue
 from sparsurf_study.batches.assignment import batched_structures
 from sparsurf_study.report.finished import Finished
@@ -78,6 +80,7 @@ def run_snakemake(
     where = ["--snakefile", str(root / "Snakefile"), "--directory", str(root), "--nolock"]
     command = [sys.executable, "-m", "snakemake", *where, "--configfile", *map(str, configs), *options]
     received: list[int] = []
+    _complete_account(root)
 
     def pass_on(number: int, _: FrameType | None) -> None:
         received.append(number)
@@ -96,6 +99,17 @@ def run_snakemake(
     if received and code:
         raise KeyboardInterrupt(received[0])
     return code
+
+
+def _complete_account(root: Path) -> None:
+    """Name a home and a user where the account has none, as in a container; Snakemake ends without them."""
+    cache = Path(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"))
+    if not (cache.is_absolute() and can_write(cache)):
+        os.environ |= {"HOME": str(root / ".snakemake"), "XDG_CACHE_HOME": ""}
+    try:
+        getpass.getuser()
+    except (KeyError, OSError):  # the latter from Python 3.13 on
+        os.environ["LOGNAME"] = str(os.getuid())
 
 
 def _start(command: Sequence[str], errors: IO[str] | None) -> subprocess.Popen:
@@ -126,8 +140,8 @@ def failed_jobs() -> Iterator[list[str]]:
         failed += [log for log in logs if failure(log) is not None]  # a second attempt may have finished
 
 
-def say_what_failed(run: Path, failed: list[str]) -> None:
-    """Print on standard error why some results are missing."""
+def say_what_failed(run: Path, failed: list[str], code: int) -> None:
+    """Print on standard error why some results are missing, after Snakemake has ended with an exit code."""
     folders = [folder for folder in (run, Path(".snakemake")) if folder.is_dir()]
     for folder in folders:
         if shutil.disk_usage(folder).free < FULL_DISK_BYTES:
@@ -135,6 +149,11 @@ def say_what_failed(run: Path, failed: list[str]) -> None:
             print(message, file=sys.stderr)
             break
     reasons = [f"- {Path(log).relative_to(run / 'logs').with_suffix('')}: {failure(log)}" for log in failed]
+    if not reasons and code < 0:
+        name = signal.Signals(-code).name
+        reasons = [
+            f"Snakemake was killed ({name}), by someone or for want of memory; the same command continues where it was."
+        ]
     if not reasons:
         errors = run / "logs" / "snakemake.err"
         lines = errors.read_text(encoding="utf-8", errors="replace").splitlines() if errors.is_file() else []

@@ -1,5 +1,6 @@
 """What `write` puts into a file: a mesh with its triangles, dots with their fields, nothing twice; others read them."""
 
+import os
 from dataclasses import replace
 
 import numpy as np
@@ -54,6 +55,19 @@ def test_an_npz_of_a_mesh_has_its_triangles(mesh, tmp_path):
     )
     assert again.fields["hydropathy"] == pytest.approx(mesh.vertices.fields["hydropathy"], rel=1e-6)
     assert set(again.fields) == {"hydropathy", "roughness"}
+
+
+def test_what_a_killed_call_left_beside_its_output_is_removed_by_a_later_one(mesh, tmp_path):
+    """After an hour; nothing of a call that may still write, nor a file of the user."""
+    for name in ("killed/part.npz", "writing/part.npz", "mine/notes.txt"):
+        file = tmp_path / f".sparsurf-{name}"
+        file.parent.mkdir()
+        file.touch()
+        if "writing" not in name:
+            os.utime(file.parent, (0, 0))
+    sparsurf.write(mesh, tmp_path / "m.npz")
+    assert {path.name for path in tmp_path.iterdir()} == {"m.npz", ".sparsurf-writing", ".sparsurf-mine"}
+    assert (tmp_path / ".sparsurf-mine" / "notes.txt").exists()
 
 
 def test_a_csv_of_a_mesh_is_refused(mesh, tmp_path):

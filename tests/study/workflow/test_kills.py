@@ -15,9 +15,9 @@ RESULTS = ("results/one/one/c1/surface.npz", "results/one/one/c1/roughness.csv")
 
 @pytest.fixture(scope="module")
 def undisturbed(tmp_path_factory):
-    """A checkout whose study has run up to the roughness of its surface."""
+    """A checkout whose study has run up to the roughness of its surface, under an account without a home."""
     folder = kills.checkout(tmp_path_factory.mktemp("kills") / "undisturbed")
-    process = kills.run(kills.study("one", *RESULTS), folder)
+    process = kills.run(kills.study("one", *RESULTS), folder, HOME="~", XDG_CACHE_HOME="")
     assert process.returncode == 0, process
     return folder
 
@@ -40,7 +40,8 @@ def test_a_run_after_a_kill_ends_in_the_bytes_of_an_undisturbed_one(undisturbed,
     shutil.copytree(undisturbed, folder, symlinks=True)
     for result in RESULTS:
         (folder / result).unlink()
-    assert kills.run(command, folder, kill, undisturbed).returncode != 0
+    process = kills.run(command, folder, kill, undisturbed)
+    assert process.returncode != 0 and ("SIGKILL" in process.stderr) == (kill.whom == "snakemake"), process
     process = kills.run(command, folder, meets)
     assert process.returncode == 0 and "Failed" not in process.stdout, process
     known, found = (kills.content(root / "results" / "one" / "one") for root in (undisturbed, folder))
