@@ -10,9 +10,9 @@ from scipy.spatial import cKDTree
 import sparsurf
 from sparsurf_study.workflow.jobs import Job
 from sparsurf.recovery.readings import comparable_density
-from sparsurf.recovery.reconstructing import reconstruct_twice
+from sparsurf.recovery.reconstructing import DENSITY_FOR_EXACT_ERRORS, reconstruct_twice
 from sparsurf.surfaces.exact_distance import exact_distance
-from sparsurf.surfaces.molecular_surface import RolledFrame, roll_spheres
+from sparsurf.surfaces.molecular_surface import RolledFrame, roll_spheres, rolled_atoms
 from sparsurf.surfaces.radii import PROBE_RADIUS
 from sparsurf.views import layout
 from sparsurf_study.analysis.relation import with_interval
@@ -86,10 +86,11 @@ def draw_recovery(job: Job) -> None:
     """Draw the embedded example, the few dots that `minimal` keeps by default, and the surface rebuilt from these."""
     surface = sparsurf.surface(job.input.structure)
     few, density = sparsurf.minimal(surface), comparable_density(sparsurf.prepare(surface).density)
-    back = reconstruct_twice(few.surface, density, few.model, job.threads)
+    back = reconstruct_twice(few.surface, density, few.model, job.threads, DENSITY_FOR_EXACT_ERRORS)
+    gap = back.distances(surface.points, job.threads, rolled_atoms(surface.origin))
     figure = subsets.figure(
         surface,
         [("the dots that are kept, with normals", few.surface, layout.DARK)],
-        subsets.recovered_from(surface.points, back.comparable, back.distances(surface.points), "these"),
+        subsets.recovered_from(surface.points, back.comparable, gap, "these"),
     )
     layout.save(figure, job.output.figure)

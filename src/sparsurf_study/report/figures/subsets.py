@@ -90,8 +90,9 @@ def figure(
     label = "distance (Å; end bars hold the rest)"
     ax = layout.axes(figure, x + 12, y + 14, 44, 32)
     layout.histogram(ax, distance, scale, label, f"mean {distance.mean():.2g}", ENDS_OF_BARS)
-    ax.set_xscale("log")
+    ax.set(xscale="log", yscale="log", ylim=(0.7, None))  # most dots deviate by less than the first bar ends at
     ax.xaxis.set_major_formatter("{x:g}")
+    ax.yaxis.set_major_formatter("{x:g}")
     return figure
 
 
