@@ -236,7 +236,7 @@ def label_centres(rolling: Rolling) -> LabelledCentres:
     is_mixed[_atoms_of_several_sets(roots, order, first, has_arcs)] = True
     centre, reach = rolling.atoms.centre, rolling.atoms.reach
     apexes = centre + reach[:, None] * [1.0, 0.0, 0.0]
-    is_accessible = _are_accessible(apexes, rolling.atoms)
+    is_accessible = are_accessible(apexes, rolling.atoms)
     closed, faces_outwards = np.ones(n_arcs + n_atoms, bool), np.zeros(n_arcs + n_atoms, bool)
     labels = LabelledCentres(
         roots, label, is_mixed, closed, faces_outwards, is_accessible, meeting, order, first
@@ -369,7 +369,7 @@ def _first_sphere_above(
 
 
 @njit(cache=True, nogil=True)
-def _are_accessible(positions: np.ndarray, atoms: RolledAtoms) -> np.ndarray:
+def are_accessible(positions: np.ndarray, atoms: RolledAtoms) -> np.ndarray:
     """Return whether the position on the sphere of each atom, (A, 3), lies in no other sphere, (A,) bool."""
     accessible = np.empty(len(positions), np.bool_)
     for atom in range(len(positions)):

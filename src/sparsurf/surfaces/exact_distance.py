@@ -13,13 +13,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sparsurf.kernels import njit
-from sparsurf.surfaces.components import enclosed_centres
+from sparsurf.surfaces.components import are_accessible, enclosed_centres
 from sparsurf.surfaces.dot_placement import at_least_one_probe
 from sparsurf.surfaces.rolling_probe import (
+    ARC_RADIUS,
+    E1,
+    E2,
     THETA_I,
     THETA_J,
     EnclosedCentres,
     Rolling,
+    T,
     U,
     blocker,
     is_enclosed,
@@ -47,6 +51,9 @@ if TYPE_CHECKING:
 POSITIONS_PER_TASK = 4096
 FIRST_DEPTH = 0.5  # Å, to which all points are searched; only those that lie deeper are searched twice as deep each time
 DEEPEST = 10.0  # Å
+ROUNDING_OF_SQUARES = (
+    1e-9  # Å^2, far above the rounding of squared distances, so that no nearer place is passed over
+)
 
 
 def exact_distance(
@@ -145,7 +152,9 @@ def nearest_centres(
     n = len(positions)
     gap, centres, kind, atom = np.empty(n), np.zeros((n, 3)), np.zeros(n, np.int8), np.zeros(n, np.int64)
     probe_cells = sort_into_cells(at_least_one_probe(rolling.probes), limit)
-    atom_cells = sort_into_cells(rolling.atoms.centre, rolling.atoms.reach.max() + limit)
+    exposed = _exposed_atoms(rolling)
+    atom_cells = sort_into_cells(rolling.atoms.centre[exposed], rolling.atoms.reach.max() + limit)
+    atom_cells = atom_cells._replace(order=exposed[atom_cells.order])
     parallel_map(
         lambda a, b: _search_centres(
             positions[a:b],
@@ -164,6 +173,14 @@ def nearest_centres(
         POSITIONS_PER_TASK,
     )
     return gap, centres, kind, atom
+
+
+def _exposed_atoms(rolling: Rolling) -> np.ndarray:
+    """Return the atoms that the probe touches, ascending: those on arcs, and those whose sphere no other one meets."""
+    centre, reach = rolling.atoms.centre, rolling.atoms.reach
+    exposed = are_accessible(centre + reach[:, None] * [1.0, 0.0, 0.0], rolling.atoms)
+    exposed[rolling.pair] = True
+    return np.flatnonzero(exposed)
 
 
 @njit(cache=True, nogil=True)
@@ -198,6 +215,7 @@ def _search_centres(
                 if squared_distance(point(rolling.probes, k), position) < best:
                     nearest, kind[n], source = point(rolling.probes, k), CONCAVE, k
                     best = squared_distance(nearest, position)
+        root = math.sqrt(best)
         for c in range(9):
             slot, last = cell_column(atom_cells, position, c)
             while slot < len(atom_cells.key) and atom_cells.key[slot] <= last:
@@ -205,11 +223,14 @@ def _search_centres(
                 slot += 1
                 centre, reach = point(rolling.atoms.centre, k), rolling.atoms.reach[k]
                 w = subtract(position, centre)
-                d = math.sqrt(dot(w, w))
-                if abs(d - reach) > math.sqrt(best):
+                d2 = dot(w, w)
+                if d2 > (reach + root) ** 2 + ROUNDING_OF_SQUARES:  # most atoms; their root takes longer
+                    continue
+                d = math.sqrt(d2)
+                if abs(d - reach) > root:
                     continue
                 for b in range(rolling.first_arc[k], rolling.first_arc[k + 1]):
-                    if enclosed.arcs[b]:
+                    if enclosed.arcs[b] or not _may_be_nearer(position, rolling.arcs[b], best):
                         continue
                     candidate, is_on_arc = nearest_on_arc(position, rolling.arcs[b])
                     if is_on_arc and squared_distance(candidate, position) < best:
@@ -221,10 +242,20 @@ def _search_centres(
                     if accessible and not is_enclosed(candidate, k, rolling, enclosed):
                         nearest, kind[n], best = candidate, CONTACT, (d - reach) ** 2
                         source = k
+                root = math.sqrt(best)
         gap[n] = math.sqrt(best)
         if source >= 0:
             atom[n] = _owner(position, nearest, kind[n], source, rolling)
         centres[n, 0], centres[n, 1], centres[n, 2] = nearest
+
+
+@njit(cache=True, nogil=True)
+def _may_be_nearer(position: Vector, arc: np.ndarray, best: float) -> bool:
+    """Return whether the circle of an arc passes at less than a squared distance from a position, without its nearest point."""
+    w = subtract(position, vector_at(arc, T))
+    height, p1, p2 = dot(w, vector_at(arc, U)), dot(w, vector_at(arc, E1)), dot(w, vector_at(arc, E2))
+    off = math.sqrt(p1 * p1 + p2 * p2) - arc[ARC_RADIUS]
+    return height * height + off * off < best + ROUNDING_OF_SQUARES
 
 
 @njit(cache=True, nogil=True)
