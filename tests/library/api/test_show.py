@@ -159,8 +159,9 @@ def test_the_profile_has_a_point_for_each_residue_and_a_gap_where_one_is_buried_
         [table.assign(chain=name, mean_roughness=0.5 + 0.01 * k) for k, name in enumerate("ABC")]
     )
     many = many.reset_index(drop=True)
-    marked = [sum(mark.rough for mark in panel.rows[0].marks) for panel in profile.panels(many)]
-    assert marked == [6, 4, 0]  # ten of all chains
+    for largest, expected in ((False, [6, 4, 0]), (True, [0, 4, 6])):  # ten of all chains
+        shown = profile.panels(many, largest=largest)
+        assert [sum(mark.rough for mark in panel.rows[0].marks) for panel in shown] == expected
 
 
 def test_every_chain_of_many_has_its_profile(tmp_path):

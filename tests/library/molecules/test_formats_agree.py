@@ -247,6 +247,22 @@ def test_insertion_codes_are_those_of_the_file(example, tmp_path, name):
     assert read_molecule(tmp_path / name, *frames, selection="all").residue.tolist() == coded.residue.tolist()
 
 
+@pytest.mark.parametrize(("extended", "kinds"), [(True, [11, 47]), (False, [9, 29])])
+def test_a_psf_without_segments_and_types_is_read_by_its_columns(example, tmp_path, extended, kinds):
+    """Two words are missing, so that the others do not tell which they are."""
+    formats.psf(tmp_path / "a.psf", example, extended=extended)
+    lines = (tmp_path / "a.psf").read_text().split("\n")
+    for k in range(6, 6 + example.n_atoms):
+        for first in kinds:
+            lines[k] = f"{lines[k][:first]}    {lines[k][first + 4 :]}"
+    (tmp_path / "a.psf").write_text("\n".join(lines))
+    formats.of_mdtraj(tmp_path / "a.dcd", example)
+    found = read_molecule(tmp_path / "a.psf", tmp_path / "a.dcd", selection="all")
+    assert {*found.chain} == {""}
+    for name in ("name", "residue_name", "residue"):
+        assert getattr(found, name).tolist() == getattr(example, name).tolist()
+
+
 # ---- damaged files of each format: right, or one sentence
 
 

@@ -455,9 +455,9 @@ def test_pairs_are_judged_next_to_protrusion(tmp_path, touching):
     ("aucs", "words"),
     [
         ((0.7, 0.8), "Better than chance"),
-        ((0.5, 0.8), "Better than chance on partner 2 only"),
+        ((0.55, 0.8), "Better than chance on partner 2 only"),
         ((0.8, 0.2), "Better than chance on partner 1 only"),
-        ((0.5, 0.2), "No better than chance"),
+        ((0.55, 0.45), "No better than chance"),
         ((0.1, 0.2), "Worse than chance"),
     ],
 )

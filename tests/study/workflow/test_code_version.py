@@ -156,7 +156,7 @@ def test_a_package_counts_where_the_config_names_it_and_the_script_loads_its_kin
     Minimal(sampler="topmost", percent=10)  # as the config is checked when a study is planned
     used = version()
     assert (used != unused) == (kind == "sampler")
-    (package / "my_plugin" / "own.py").write_text("def topmost(prepared, n, rng): return range(n)")
+    (package / "my_plugin" / "own.py").write_text("def topmost(prepared, n, rng): n+n")  # as long
     edited = version()
     assert (edited != used) == (kind == "sampler")
     info = package / "my_plugin-1.0.dist-info" / "METADATA"

@@ -180,6 +180,11 @@ def test_names_of_outputs_stay_in_lists_and_folders(folder):
     assert said(ledger.disagreements(RUN)) == {
         "results/r/p/one": "one of p was changed after its job: it is computed again."
     }
+    with jobs.job(job) as s:  # over the folder of an earlier job
+        Path(s.output.one).mkdir()
+        for path in (*s.output.svg, s.output.table, f"{s.output.one}/f1.pdb"):
+            Path(path).write_text("again")
+    assert [path.name for path in Path("results/r/p/one").iterdir()] == ["f1.pdb"]
 
 
 @pytest.mark.parametrize("edit", ["appended", "replaced", "deleted"])
