@@ -156,6 +156,14 @@ WATER = {"O": (0, 0, 50), "H1": (0.76, 0.59, 50), "H2": (-0.76, 0.59, 50)}
 ACE = {"CH3": (1.46, -1.21, 0), "C": (0, -1.33, 0), "O": (-0.9, -2.1, 0)}
 GOOD = peptide() + "END\n"
 SHORT = "\n".join(line[:54] for line in GOOD.split("\n"))
+LACKING_IN_B = (
+    "SEQRES   1 B    6  ALA ALA ALA ALA ALA ALA\n"
+    + peptide()
+    + "TER\n"
+    + peptide(chain="B", origin=(0, 30, 0))
+    + "END\n"
+)
+APART = peptide(chain="A") + peptide(chain="B", first=98, origin=(0, 0, 9))
 SEQUENCE = "SEQRES   1 A    9  ALA ALA ALA ALA ALA ALA ALA ALA ALA\n"
 NEGATIVE = peptide(["ALA"] * 7, first=-5) + "END\n"
 INSERTED = peptide(["ALA"]) + "".join(
@@ -738,6 +746,23 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
         "1 100 20 ~ 5 peptide bonds are missing, the first between ALA 2 A and ALA 3 A, 4.9 Å"),
     "ten atoms apart.pdb": (spread(10), {}, "! only 0 % of the bonds that its names imply"),
     "two chains of a crystal.pdb": (peptide() + peptide(chain="B", origin=(0, 300, 0)), {}, "1 40 8"),
+    # chains, models and ligands that are chosen
+    "a model that repeats.pdb": (
+        models(*(peptide(origin=(x, 0, 0)) for x in (0, 1, 2, 3, 2))), {"stride": 2},
+        "3 20 4 ~ 1 frame repeats the one before, the first is frame 4"),
+    "no name.pdb": (peptide(chain=" "), {"chains": ""}, "1 20 4"),
+    "no name, another one.pdb": (
+        peptide(chain=" "), {"chains": "A"}, r"! name.* has one chain, which has no name: leave out `chains`\.$"),
+    "a range of another chain.pdb": (
+        APART, {"residues": "A:3,99"}, "! '99' is not in .*, which has residues A 1 to 4, B 98 to 101"),
+    "a range across chains.pdb": (
+        APART, {"residues": "A:3-99"}, "1 10 2 ~ has no residue 99 of 'A:3-99': it has residues A 1 to 4, B 98 to 101"),
+    "falling numbers.pdb": (
+        peptide(first=11) + peptide(first=1, origin=(0, 0, 9)), {"residues": "A:99"}, r"! which has residues A 1 to 14\.$"),
+    "the sequence of another chain.pdb": (LACKING_IN_B, {"chains": "A"}, "1 20 4"),
+    "the sequence of all chains.pdb": (
+        LACKING_IN_B, {}, "1 40 8 ~ no coordinates for 2 residues of the sequence: 2 in chain B"),
+    "no ligands.pdb": (peptide(), {"ligands": "HEM, ZN"}, "! no ligand HEM, ZN: .* nothing.$"),
 }  # fmt: skip
 
 
@@ -1847,6 +1872,48 @@ def test_paths(tmp_path, caplog, name, kind):
     path.parent.mkdir()
     make(path)
     judge(f"! {words}", lambda: READERS[kind](path) and (), caplog, path.name)
+
+
+WITH_LIGAND = end(
+    peptide(), peptide(chain="B", first=11, origin=(0, 9, 0)),
+    (atom_line(name, "LIG", "A", "9", (9, 9, z), record="HETATM") for name, z in (("C1", 0), ("C2", 1))),
+    (atom_line("O", "HOH", "B", str(k), (k, 9, 9), record="HETATM") for k in (21, 22)),
+)  # fmt: skip
+TRAJECTORY_APART = "leave out the trajectory and the model"
+REFUSED_KEYS = [
+    ({"trajectory": "a.xtc", "plddt": 70}, "plddt: a trajectory has none; remove `plddt`"),
+    ({"trajectory": "a.xtc", "assembly": True}, TRAJECTORY_APART), ({"model": 1, "assembly": True}, TRAJECTORY_APART),
+    ({"model": 1.0}, "model: 1.0 is not a whole number"), ({"stride": 0}, "stride is 0"),
+    ({"times": [0]}, "^times: there is no trajectory to take frames from; give one"),
+    ({"times": "soon"}, "times is 'soon'; it must be a list of numbers, ps"),
+    ({"altloc": "AB"}, "altloc: 'AB' is neither first, highest nor one letter"),
+    ({"altloc": ""}, "altloc: '' is neither"), ({"altloc": 1}, "altloc: '1' is neither"),
+    ({"hydrogens": "drop"}, "hydrogens: 'drop' is neither keep nor remove"),
+    ({"whole": "x"}, r"^whole is 'x'; it must be True or False\.$"),
+    ({"chains": "C,A,D"}, r"has no chain C, D: its chains are A, B\.$"), ({"chains": ""}, "empty chain name; the chains of"),
+    ({"chains": "A,"}, "chains: empty chain name"), ({"chains": [" "]}, "chains: empty chain name"),
+    ({"chains": 5}, "chains is 5; it must be a string"),
+    ({"residues": "A:500-600"}, "'A:500-600' is not in .* residues A 1 to 4"), ({"residues": "B:1"}, "'B:1' is not in"),
+    ({"residues": "6-8"}, r"'6-8' is not in .*a\.pdb, which has residues A 1 to 4, B 11 to 14\.$"),
+    ({"residues": "ten-12"}, "'ten-12' is not of the form"),
+    ({"residues": "3-2"}, "'3-2' ends before it begins: swap the two numbers"),
+    ({"residues": 5}, "residues is 5; it must be a string such as 'A:10-52A,60'"),
+    ({"selection": " "}, "selection is empty"), ({"selection": 5}, "selection is 5; it must be"),
+    ({"selection": "resname ==="}, "is not an mdtraj expression"),
+    ({"selection": "__import__('os')"}, "is not an mdtraj expression"),
+    ({"selection": "chain A"}, r"see mdtraj.org, or choose chains by `chains`\.$"),
+    ({"selection": "name CA or " * 910}, "has 10,010 characters, more than 10,000"),
+    ({"selection": "name XX"}, r"no atoms; the file has chains A, B with 8 protein residues, 2 HOH, 1 LIG\.$"),
+    ({"ligands": 5}, "ligands is 5; it must be a string"),
+    ({"ligands": "HEM"}, r"has no ligand HEM: besides polymers, the file contains HOH, LIG\.$"),
+    ({"ligands": 999 * "QQQQQ,"}, r"has no ligand (QQQQQ, ){14}QQ\.\.\..* \(\d+ characters\)"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("keys", "words"), REFUSED_KEYS)
+def test_keys_that_a_file_does_not_allow(caplog, tmp_path, keys, words):
+    (tmp_path / "a.pdb").write_text(WITH_LIGAND)
+    judge(f"! {words}", lambda: read_molecule(tmp_path / "a.pdb", **keys) and (), caplog, "")
 
 
 KEYS = ["altloc", "hydrogens", "ligands", "chains", "residues", "selection", "model", "stride"]

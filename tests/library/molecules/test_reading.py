@@ -229,12 +229,6 @@ def test_a_stride_that_does_not_divide_the_frames_counts_from_the_first(tmp_path
     assert (f"a.pdb has 5 frames, of which a stride of {stride} leaves only" in caplog.text) == (stride > 4)
 
 
-def test_a_model_that_repeats_is_called_by_its_place_in_the_file(tmp_path, caplog):
-    models = [f"MODEL {9 - k:>8}\n{peptide(origin=(x, 0, 0))}ENDMDL\n" for k, x in enumerate((0, 1, 2, 3, 2))]
-    read_molecule(write(tmp_path / "a.pdb", "".join(models)), stride=2)
-    assert "1 frame repeats the one before, the first is frame 4" in caplog.text
-
-
 def test_each_copy_of_a_chain_gets_a_free_letter_and_the_ligand_beside_it(tmp_path):
     copies = [peptide(chain=chain, origin=(0, 30 * k, 0)) for k, chain in enumerate("AABB")]
     ligands = "".join(
@@ -277,34 +271,6 @@ def test_atoms_of_a_trajectory_are_found_where_its_topology_was_put_in_order(tmp
         chosen = whole if selection is None else whole.select(selection=selection)
         assert equal_names(read, chosen)
         assert read.xyz == pytest.approx(chosen.xyz[0] + 5.0 * np.arange(3)[:, None, None], abs=1e-4)
-
-
-def test_chains_without_a_name_and_ranges_of_another_chain(tmp_path, caplog):
-    nameless = write(tmp_path / "b.pdb", peptide(chain=" "))
-    assert read_molecule(nameless, chains="").n_atoms == read_molecule(nameless).n_atoms
-    with pytest.raises(InputError, match=r"b\.pdb has one chain, which has no name: leave out `chains`\.$"):
-        read_molecule(nameless, chains="A")
-    path = write(tmp_path / "a.pdb", peptide(chain="A") + peptide(chain="B", first=98, origin=(0, 0, 9)))
-    with pytest.raises(
-        InputError, match=r"'99' is not in .*a\.pdb, which has residues A 1 to 4, B 98 to 101"
-    ):
-        read_molecule(path, residues="A:3,99")
-    falling = write(tmp_path / "c.pdb", peptide(first=11) + peptide(first=1, origin=(0, 0, 9)))
-    with pytest.raises(InputError, match=r"which has residues A 1 to 14\.$"):
-        read_molecule(falling, residues="A:99")
-    caplog.clear()
-    assert read_molecule(path, residues="A:3-99").n_residues == 2  # 99 is a residue of B alone
-    assert "has no residue 99 of 'A:3-99': it has residues A 1 to 4, B 98 to 101" in caplog.text
-
-
-def test_the_sequence_of_a_chain_that_is_not_chosen_is_not_reported(tmp_path, caplog):
-    chains = peptide() + "TER\n" + peptide(chain="B", origin=(0, 30, 0))
-    sequence = "SEQRES   1 B    6  ALA ALA ALA ALA ALA ALA\n"
-    path = write(tmp_path / "a.pdb", sequence + chains + "END\n")
-    read_molecule(path, chains="A")
-    assert "of the sequence" not in caplog.text
-    read_molecule(path)
-    assert "no coordinates for 2 residues of the sequence: 2 in chain B" in caplog.text
 
 
 # --- what is chosen ------------------------------------------------------------------------------------
@@ -359,29 +325,6 @@ def test_residue_ranges(tmp_path, caplog, residues, expected):
     found = zip(molecule.chain.tolist(), molecule.residue.tolist(), strict=True)
     assert list(dict.fromkeys(" ".join(each) if twice else each[1] for each in found)) == expected
     assert "has no residue" not in caplog.text  # in either case of an insertion code
-
-
-@pytest.mark.parametrize(
-    ("keys", "words"),
-    [
-        ({"chains": "Z"}, "no chain Z: its chains are A"), ({"chains": "A,"}, "chains: empty chain name"),
-        ({"chains": [" "]}, "chains: empty chain name"), ({"chains": 5}, "chains is 5; it must be a string"),
-        ({"residues": "A:500-600"}, "'A:500-600' is not in .* residues A 1 to 4"), ({"residues": 5}, "residues is 5; it must be"),
-        ({"residues": "ten-12"}, "'ten-12' is not of the form"), ({"model": 1.0}, "model: 1.0 is not a whole number"),
-        ({"selection": "resname GLY"}, "the selection contains no atoms; .* 4 protein residues"),
-        ({"selection": "resname ==="}, "is not an mdtraj expression"), ({"selection": 5}, "selection is 5; it must be"),
-        ({"selection": "chain A"}, r"see mdtraj.org, or choose chains by `chains`\.$"),
-        ({"selection": "__import__('os')"}, "is not an mdtraj expression"), ({"hydrogens": "maybe"}, "neither keep nor remove"),
-        ({"altloc": "lowest"}, "neither first, highest nor one letter"), ({"stride": 0}, "stride is 0"),
-        ({"altloc": 1}, "altloc: '1' is neither"), ({"whole": "x"}, r"^whole is 'x'; it must be True or False\.$"),
-        ({"ligands": 5}, "ligands is 5; it must be a string"), ({"ligands": "HEM, ZN"}, "no ligand HEM, ZN: .* nothing.$"),
-        ({"ligands": 999 * "Q,"}, r"has no ligand (Q, ){33}Q\.\.\..* \(\d+ characters\)"),
-        ({"times": [0]}, "^times: there is no trajectory to take frames from; give one"),
-    ],
-)  # fmt: skip
-def test_wrong_keys_are_sentences(tmp_path, keys, words):
-    with pytest.raises(InputError, match=words):
-        read_molecule(write(tmp_path / "a.pdb", peptide()), **keys)
 
 
 def test_expression_and_hydrogens(shared):
@@ -531,37 +474,6 @@ def test_a_trajectory_is_left_as_it_is_where_asked_and_a_gro_file_may_give_the_n
         joined = read_molecule(names, tmp_path / "a.xtc").xyz
         assert len(joined) == 2 and np.ptp(joined - whole, axis=1).max() < 0.012
     assert read_first_frame(open_source(tmp_path / "a.xtc"), 20, path) == pytest.approx(cut[0], abs=0.006)
-
-
-@pytest.mark.parametrize(
-    ("keys", "words"),
-    [
-        ({"trajectory": "a.xtc", "plddt": 70}, "plddt: a trajectory has none; remove `plddt`"),
-        ({"trajectory": "a.xtc", "assembly": True}, "leave out the trajectory and the model"),
-        ({"model": 1, "assembly": True}, "leave out the trajectory and the model"),
-        ({"times": [1.0]}, "times: there is no trajectory to take frames from"),
-        ({"times": "soon"}, "times is 'soon'; it must be a list of numbers, ps"),
-        ({"altloc": "AB"}, "altloc: 'AB' is neither first, highest nor one letter"),
-        ({"altloc": ""}, "altloc: '' is neither"), ({"hydrogens": "drop"}, "hydrogens: 'drop' is neither keep nor remove"),
-        ({"selection": " "}, "selection is empty"),
-        ({"selection": "name CA or " * 910}, "has 10,010 characters, more than 10,000"),
-        ({"residues": "3-2"}, "'3-2' ends before it begins: swap the two numbers"),
-        ({"residues": "6-8"}, r"'6-8' is not in .*a\.pdb, which has residues A 1 to 4, B 11 to 14\.$"),
-        ({"residues": "B:1"}, "'B:1' is not in"), ({"residues": 5}, "residues is 5; it must be a string such as 'A:10-52A,60'"),
-        ({"chains": "C,A,D"}, r"has no chain C, D: its chains are A, B\.$"), ({"chains": ""}, "empty chain name; the chains of"),
-        ({"ligands": "HEM"}, r"has no ligand HEM: besides polymers, the file contains HOH, LIG\.$"),
-        ({"selection": "name XX"}, r"no atoms; the file has chains A, B with 8 protein residues, 2 HOH, 1 LIG\.$"),
-    ],
-)  # fmt: skip
-def test_keys_that_cannot_be_are_sentences(tmp_path, keys, words):
-    waters = "".join(atom_line("O", "HOH", "B", str(k), (k, 9, 9), record="HETATM") for k in (21, 22))
-    ligand = "".join(
-        atom_line(name, "LIG", "A", "9", (9, 9, z), record="HETATM") for name, z in (("C1", 0), ("C2", 1))
-    )
-    text = peptide() + peptide(chain="B", first=11, origin=(0, 9, 0)) + ligand + waters
-    path = write(tmp_path / "a.pdb", text + "END\n")
-    with pytest.raises(InputError, match=words):
-        read_molecule(path, **keys)
 
 
 @pytest.mark.parametrize(

@@ -725,14 +725,19 @@ finally:
 """
 
 
-# A Snakemake that waits for its job, which hears no signal but SIGKILL and has started a process itself
+# A Snakemake that waits for its job, which hears no signal but SIGKILL. It has started a process that ends at SIGTERM, and leaves
+# one behind that hears no other signal either
 DEAF = """
 import os, pathlib, signal, subprocess, sys, time
-if sys.argv[-1] == "job":
+if sys.argv[-1] in ("job", "below"):
     signal.signal(signal.SIGTERM, signal.SIG_IGN)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    below = subprocess.Popen(["sleep", "100"])
-    pathlib.Path("pid").write_text(f"{os.getpid()} {below.pid}")
+    if sys.argv[-1] == "job":
+        subprocess.run([sys.executable, __file__, "below"])
+    else:
+        left = subprocess.Popen(["sleep", "100"])
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+        pathlib.Path("pid").write_text(f"{os.getppid()} {os.getpid()} {left.pid}")
     time.sleep(100)
 else:
     signal.signal(signal.SIGTERM, lambda *_: None)
