@@ -113,8 +113,11 @@ def whole_surface(dots: Surface) -> WholeSurface | None:
     whole = dots if dots.placed else placed_again(dots)
     if whole is None or whole.origin is None:
         return None
-    if are_fragmented(whole.points, whole.normals):
-        origin, rules = whole.origin, replace(placement_of(whole.origin.rules), density="auto")
+    origin, rules = whole.origin, replace(placement_of(whole.origin.rules), density="auto")
+    suits_already = (
+        origin.rules.density == "auto" and origin.d_link == D_LINK
+    )  # the same dots would be placed
+    if not suits_already and are_fragmented(whole.points, whole.normals):
         whole = surface_of_spheres(origin.xyz, origin.radii, rules, D_LINK, "surface")
     if whole is dots:
         return WholeSurface(dots, np.arange(len(dots)))
