@@ -103,6 +103,15 @@ def studies(folder: Path) -> Iterator[tuple[str, list[str]]]:
             yield f"{name}, {tuple(kill)}", failed + differing(lambda path: "/" in path)
         kills.run(kills.study(name), killed)
         yield f"{name}, the whole run", differing(bool)
+    config = killed / "one.yaml"
+    text = config.read_text(encoding="utf-8")
+    for changed in (f"{text}patches: {{r_patch: 5.0}}\n", text):
+        config.write_text(changed, encoding="utf-8")
+        kills.run(kills.study("one"), killed)
+    yield (
+        "one, another config and back",
+        different(*(kills.content(root / "results" / "one") for root in (known, killed)), bool),
+    )
 
 
 def calls(folder: Path) -> Iterator[tuple[str, list[str]]]:

@@ -125,7 +125,7 @@ def make_writable(folder: Path) -> None:
             file.write(bytes(FULL_DISK_BYTES // 10))
     except OSError as error:
         raise InputError(
-            f"{folder}/ cannot be written ({error.strerror}). Make it writable and run again."
+            f"{folder}/ cannot be written ({error.strerror}). Make it writable or free some space, and run again."
         ) from None
 
 
