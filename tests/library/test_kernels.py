@@ -84,21 +84,6 @@ caching.IndexDataCacheFile._open_for_write = kill_at_a_form
 """
 
 
-def test_a_kill_between_the_files_of_a_kernel_loads_no_older_form(tmp_path):
-    """Nor does a process that reads while another one writes them: the index of numba names the form before it is there."""
-    (tmp_path / "kernels_of_a_type").mkdir()
-    (tmp_path / "kernels_of_a_type" / "__init__.py").touch()
-    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "kernels")}
-    for factor, before in ((1, ""), (2, KILLED), (2, "")):
-        code = OF_A_TYPE.format(type="Same", factor=factor)
-        (tmp_path / "kernels_of_a_type" / "scaling.py").write_text(code)
-        call = [sys.executable, "-c", before + "import kernels_of_a_type.scaling"]
-        run = subprocess.run(call, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
-        assert run.returncode == bool(before), run.stderr[-500:]
-    assert run.stdout == "42.0\n"
-    assert len([*tmp_path.rglob("*.nbc")]) == 1  # the older one is removed
-
-
 WAITING = """
 import time
 from pathlib import Path
@@ -113,24 +98,30 @@ caching.IndexDataCacheFile._save_index = after_another_process
 """
 
 
-def test_two_processes_that_compile_at_once_both_compute_and_leave_one_form(tmp_path):
-    """The second one stores its form, and removes what no index names, between the two files of the first."""
+def test_no_older_form_is_loaded_after_a_kill_or_beside_another_process(tmp_path):
+    """The index of numba names a form before it is there.
+
+    A process is killed between the files of a kernel. Another one waits there, while a third stores its form and removes what no
+    index names.
+    """
     (tmp_path / "kernels_of_a_type").mkdir()
     (tmp_path / "kernels_of_a_type" / "__init__.py").touch()
-    (tmp_path / "kernels_of_a_type" / "scaling.py").write_text(OF_A_TYPE.format(type="Same", factor=2))
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "kernels")}
 
-    def start(before=""):
+    def start(factor, before=""):
+        code = OF_A_TYPE.format(type="Same", factor=factor)
+        (tmp_path / "kernels_of_a_type" / "scaling.py").write_text(code)
         call = [sys.executable, "-c", before + "import kernels_of_a_type.scaling"]
         return subprocess.Popen(call, cwd=tmp_path, env=environment, stdout=subprocess.PIPE, text=True)
 
-    first = start(WAITING)
+    assert [start(1).communicate()[0], start(2, KILLED).communicate()[0]] == ["21.0\n", ""]
+    first = start(2, WAITING)
     while not (tmp_path / "stored").exists() and first.poll() is None:
         time.sleep(0.01)
-    printed = [start().communicate()[0]]
+    printed = [start(2).communicate()[0]]
     (tmp_path / "go").touch()
-    printed += [first.communicate()[0], start().communicate()[0]]
-    assert printed == 3 * ["42.0\n"] and len([*tmp_path.rglob("*.nbc")]) == 1
+    printed += [first.communicate()[0], start(2).communicate()[0]]
+    assert printed == 3 * ["42.0\n"] and len([*tmp_path.rglob("*.nbc")]) == 1  # the older one is removed
 
 
 ALL_COMMANDS = """
