@@ -90,7 +90,7 @@ def figure(
     label = "distance (Å; end bars hold the rest)"
     ax = layout.axes(figure, x + 12, y + 14, 44, 32)
     layout.histogram(ax, distance, scale, label, f"mean {distance.mean():.2g}", ENDS_OF_BARS)
-    ax.set(xscale="log", yscale="log", ylim=(0.7, None))  # most dots deviate by less than the first bar ends at
+    ax.set(xscale="log", yscale="log", ylim=(0.7, None))  # one bar holds most of the dots
     ax.xaxis.set_major_formatter("{x:g}")
     ax.yaxis.set_major_formatter("{x:g}")
     return figure
