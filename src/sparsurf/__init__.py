@@ -15,8 +15,8 @@ From a molecule to a subset of its surface and its worth, arrays in and arrays o
 
 `read_molecule` reads structures and trajectories, `read_surface` dots of other programs, `prepare` saves time where one
 surface is sampled and compared many times, and `register` adds a sampler, descriptor, roughness or field of your own. A molecule
-is a path, a `Molecule`, or atoms of mdtraj, biotite, MDAnalysis, gemmi or Biopython. A wrong input raises `InputError` with one
-sentence.
+is a path, a `Molecule`, or atoms of mdtraj, biotite, MDAnalysis, gemmi, Biopython, ProDy, OpenMM, ParmEd or RDKit. A wrong
+input raises `InputError` with one sentence.
 
 Glossary (the paper's symbols and the field's words; lengths in Å everywhere)
 

@@ -353,7 +353,7 @@ TABLE: dict[str, dict[str, Choice]] = {
         "cxc": Choice(
             "sparsurf.api.scenes:chimerax_script",
             "ChimeraX script",
-            "A script NAME.cxc that opens NAME_dots.bild and NAME_molecule.pdb next to it; `sparsurf.write` writes all three.",
+            "A script NAME.cxc that opens NAME_dots.bild and NAME_molecule.pdb next to it, which are written with it.",
             carries=("script",),
             is_written=True,
         ),

@@ -35,8 +35,16 @@ def test_a_mesh_is_closed_if_each_edge_has_two_triangles_and_each_vertex_one_fan
 
 
 def test_a_client_is_counted_and_compared_where_it_finished():
-    rows = [("A", "a", "MSMS", 0, 100.0), ("A", "a", "sparsurf-msms", 0, 102.0), ("A", "b", "MSMS", 0, 100.0),
-            ("A", "b", "sparsurf-msms", 1, np.nan), ("A", "c", "MSMS", 0, 100.0), ("A", "c", "sparsurf-msms", 0, 97.0)]  # fmt: skip
+    areas = {
+        "a": (100.0, 102.0),
+        "b": (100.0, np.nan),
+        "c": (100.0, 97.0),
+    }  # with MSMS, and with sparsurf-msms
+    rows = [
+        ("A", structure, program, int(np.isnan(area)), area)
+        for structure, pair in areas.items()
+        for program, area in zip(("MSMS", "sparsurf-msms"), pair, strict=True)
+    ]
     table = pd.DataFrame(rows, columns=["client", "structure", "program", "failed", "area"])
     table = table.assign(version="1", seconds=1.0, vertices=10.0, depth=np.nan)
     (row,) = clients.means(table).to_dict("records")

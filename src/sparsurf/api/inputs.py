@@ -14,11 +14,16 @@ from sparsurf.errors import InputError, argument, naming_file
 from sparsurf.files import shorten
 from sparsurf.molecules.formats import FILE_OF_DOTS, suffix
 from sparsurf.molecules.libraries import (
+    WITH_ATOMS,
     from_biopython,
     from_biotite,
     from_gemmi,
     from_mdanalysis,
     from_mdtraj,
+    from_openmm,
+    from_parmed,
+    from_prody,
+    from_rdkit,
 )
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.read_molecule import molecule_of_files
@@ -37,13 +42,17 @@ if TYPE_CHECKING:
     from MDAnalysis import AtomGroup, Universe
     from mdtraj import Trajectory
     from numpy.typing import ArrayLike
+    from openmm.app import Modeller, PDBFile, PDBxFile
+    from parmed import Structure
+    from prody.atomic import Atomic
+    from rdkit.Chem import Mol
 
     from sparsurf.evaluation.minimal_subset import Subset
 
 # What the functions take as a molecule, and as dots; a molecule is also taken for the dots on it.
 MoleculeLike: TypeAlias = (
     "str | Path | Molecule | Trajectory | AtomArray | AtomArrayStack | AtomGroup | Universe"
-    " | gemmi.Structure | gemmi.Model | Entity"
+    " | gemmi.Structure | gemmi.Model | Entity | Atomic | Modeller | PDBFile | PDBxFile | Structure | Mol"
 )
 DotsLike: TypeAlias = "str | Path | Surface | Points | Subset | tuple[ArrayLike, ArrayLike]"
 SurfaceLike: TypeAlias = "DotsLike | MoleculeLike"
@@ -73,7 +82,7 @@ def as_molecule(source: MoleculeLike) -> Molecule:
         reason = f" that can be read ({shorten(f'{type(error).__name__}: {error}')})"
     raise InputError(
         f"{_with_article(source)} is not a molecule{reason}: give the path of a structure, a molecule from read_molecule, "
-        "or atoms of mdtraj, biotite, MDAnalysis, gemmi or Biopython."
+        f"or atoms of {WITH_ATOMS}."
     )
 
 
@@ -101,6 +110,14 @@ def _converter(source: Any) -> Any:
         return {"Structure": from_gemmi, "Model": from_gemmi}.get(type(source).__name__)
     if has("get_atoms") and attribute(source, "level") in ("S", "M", "C"):
         return from_biopython
+    if has("getCoordsets", "getResnums"):
+        return from_prody
+    if has("atoms", "get_coordinates"):  # which also has a topology and positions
+        return from_parmed
+    if has("topology", "positions"):
+        return from_openmm
+    if has("GetConformers", "GetAtoms"):
+        return from_rdkit
     return None
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import logging
 import os
 import pickle
@@ -18,7 +19,7 @@ from sparsurf.api.parts import digest_of_arguments, forget_other_parts, part_fil
 from sparsurf.api.surfaces import placement
 from sparsurf.arguments import DENSITY_LIMITS, NUMBER_OF_DOTS, PROBE, SEED, Cavities, Limits, RadiiTable
 from sparsurf.errors import InputError
-from sparsurf.files import as_path, checksum_of_file, pluralise, shorten
+from sparsurf.files import as_path, checksum_of_file, import_pyarrow, pluralise, shorten
 from sparsurf.messages import kind_of_warning, listening
 from sparsurf.molecules.formats import STRUCTURES, stem, suffix, title
 from sparsurf.molecules.molecule import Molecule
@@ -46,6 +47,8 @@ N_POINTS = 1024
 DOTS_PER_POINT = 2.0  # placed for each point that is chosen, at least
 JOBS = Limits(1, 1024, whole=True, open_low=False)
 STRUCTURES_PER_JOB = 4  # that wait for their turn
+TABLE_FORMAT = ".parquet"
+ROWS_PER_GROUP = 100_000  # of a Parquet file
 # In a stored table: the beginning of the names of its columns, and the name of its warnings
 COLUMN_OF_PART, WARNINGS_OF_PART = "column ", "warnings"
 
@@ -449,3 +452,52 @@ def _outcome(path: Path, request: PointsRequest, threads: int) -> Outcome:
     return Outcome(
         result, [(kind_of_warning(record), record.getMessage().removeprefix(head)) for record in heard]
     )
+
+
+def write_table_of_points(
+    path: Path, named: Iterable[NamedPoints | StoredPoints], written: list[int], failures: dict[str, str]
+) -> None:
+    """Write a Parquet table of all points, a few structures at a time; count the points of each in `written`.
+
+    `failures`, which is complete when all structures were taken, is stored in the metadata.
+    """
+    import pandas as pd  # here: a file of another format needs no table
+
+    pyarrow = import_pyarrow()
+    waiting: list[pd.DataFrame] = []
+    writer = None
+    try:
+        for few in named:
+            table = few.to_frame()
+            table.insert(0, "name", few.name)
+            waiting.append(table)
+            written.append(len(table))
+            if writer is None:
+                schema = _schema(pyarrow, table)
+                writer = pyarrow.parquet.ParquetWriter(path, schema, compression="zstd")
+            if sum(map(len, waiting)) >= ROWS_PER_GROUP:
+                writer.write_table(
+                    pyarrow.Table.from_pandas(pd.concat(waiting), schema, preserve_index=False)
+                )
+                waiting = []
+        if writer is None:
+            raise InputError("points: all structures failed; the warnings give the reasons.")
+        if waiting:
+            writer.write_table(pyarrow.Table.from_pandas(pd.concat(waiting), schema, preserve_index=False))
+        writer.add_key_value_metadata({"failures": json.dumps(failures, ensure_ascii=False)})
+    finally:
+        if writer is not None:
+            writer.close()
+
+
+def _schema(pyarrow: Any, table: pd.DataFrame) -> Any:
+    """Return the types of the columns: text, and numbers as they are."""
+    import pandas as pd
+
+    types = {
+        name: pyarrow.string()
+        if pd.api.types.is_string_dtype(column)
+        else pyarrow.from_numpy_dtype(column.dtype)
+        for name, column in table.items()
+    }
+    return pyarrow.schema(list(types.items()))

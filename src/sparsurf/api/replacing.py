@@ -98,6 +98,17 @@ def beside_mesh(path: str | Path) -> Companions:
     )
 
 
+def beside_script(path: str | Path) -> Companions:
+    """Return the files that a script for ChimeraX opens; those of an earlier script of this name may be replaced."""
+    from sparsurf.api.scenes import is_opened_by  # here: other formats need none of its modules
+
+    script = Path(path)
+    if script.suffix.lower() != ".cxc":
+        return {}
+    files = (script.with_name(f"{script.stem}{end}") for end in ("_dots.bild", "_molecule.pdb"))
+    return dict.fromkeys(files, lambda file: is_opened_by(script, file))
+
+
 def beside_frames(path: str | Path) -> Companions:
     """Return the files of the tables of frames and of ranked residues; one with the columns of such a table may be replaced."""
     return {

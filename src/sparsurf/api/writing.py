@@ -20,14 +20,15 @@ import numpy as np
 from sparsurf import kinds
 from sparsurf.api.about import About
 from sparsurf.api.inputs import MoleculeLike, as_molecule, check_frame, is_subset
-from sparsurf.api.replacing import Companions, beside_mesh, path_of_faces, refuse_replacing
-from sparsurf.api.scenes import SCENES, chimerax_script, is_opened_by, write_scene
+from sparsurf.api.replacing import beside_mesh, beside_script, path_of_faces, refuse_replacing
+from sparsurf.api.scenes import SCENES, chimerax_script, write_scene
 from sparsurf.arguments import FRAME, check_flag
 from sparsurf.errors import InputError
 from sparsurf.files import as_path, closed_streams, shorten
+from sparsurf.molecules.formats import title
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.suggestions import public
-from sparsurf.surfaces.chosen_points import Points
+from sparsurf.surfaces.chosen_points import NamedPoints, Points
 from sparsurf.surfaces.formats.csv import write_csv
 from sparsurf.surfaces.formats.dms import write_dms
 from sparsurf.surfaces.formats.meshes import BY_TRIMESH, write_by_trimesh, write_vtp
@@ -56,6 +57,7 @@ SUFFIXES_OF_DOTS = kinds.suffixes("dots")  # DMS and MSMS name the atom of every
 TABLE_FORMATS = kinds.suffixes("residues")
 PAGE_ENDINGS = (".html",)
 PAGE_FORMATS = kinds.suffixes("page")  # which show dots, or residues
+SCRIPTS = kinds.suffixes("script")  # which open files that are written next to them
 POSITION_COLUMNS = ("x", "y", "z", "nx", "ny", "nz")
 MAX_NAME_BYTES = 255  # bytes
 BESIDE_OUTPUT = ".sparsurf-"  # begins the name of the folder in which a result is written
@@ -94,9 +96,9 @@ class DotsToWrite:
     def formats(self) -> tuple[str, ...]:
         """Suffixes that they can be written with; a DMS file holds dots of a molecule, but no weights, a CSV no triangles."""
         if self.faces is not None:
-            return (*MESHES, *SCENES, *PAGE_FORMATS)
+            return (*MESHES, *SCENES, *SCRIPTS, *PAGE_FORMATS)
         has_atoms = self.molecule is not None and self.shown != "weight"
-        return (*(SUFFIXES_OF_DOTS if has_atoms else DOTS_ALONE), *PAGE_FORMATS)
+        return (*(SUFFIXES_OF_DOTS if has_atoms else DOTS_ALONE), *SCRIPTS, *PAGE_FORMATS)
 
     @property
     def numbers(self) -> dict[str, np.ndarray]:
@@ -207,6 +209,9 @@ def write_page(path: str | Path, html: str) -> None:
 
 def write_dots(output: str | Path, dots: DotsToWrite) -> None:
     """Write Dots in the format of the suffix."""
+    if str(output).lower().removesuffix(".gz").endswith(SCRIPTS):
+        _write_chimerax(Path(output), dots)
+        return
     surface = dots.surface
 
     def ply(path: Path) -> None:
@@ -392,7 +397,8 @@ def write(
     NAME_molecule.pdb next to it), .bild holds spheres, and .pdb holds each dot as an atom whose B factor is its weight or its
     first field, with an occupancy of 0 where that is unknown. A .vtp (for ParaView and PyVista) holds dots or a mesh with all
     their numbers. A .obj, .glb or .stl holds a mesh, and is written by trimesh, which must be installed. A .html is an
-    interactive page, as that of `show`, and a .png is a picture, for which matplotlib must be installed. A Subset is shown on
+    interactive page, as that of `show`, a .parquet holds Points in the columns of `sparsurf points`, and a .png is a picture,
+    for which matplotlib must be installed. A Subset is shown on
     its surface, and a table of `residues` as the roughness along each chain.
 
     Parameters
@@ -467,6 +473,16 @@ def write(
         if atoms is not None:
             origin.refuse_molecule("write", atoms, frame)
     source: Any = result
+    if isinstance(source, Points) and str(path).lower().removesuffix(".gz").endswith(".parquet"):
+        from sparsurf.api.points import write_table_of_points  # here: it loads kernels
+
+        if names or colours is not None:
+            raise InputError("write: a table of points takes neither names nor colours; leave them out.")
+        files = getattr(atoms, "files", ())
+        name = source.name if isinstance(source, NamedPoints) else title(files[0]) if files else ""
+        named = [NamedPoints.of_points(name, source)]
+        write_file(path, (".parquet",), {".parquet": lambda file: write_table_of_points(file, named, [], {})})
+        return
     if isinstance(source, Points):
         table = {name: column for name, column in source.columns().items() if name not in source.fields}
         dots = DotsToWrite(source.surface, table, molecule=atoms, frame=frame, single=True)
@@ -485,10 +501,7 @@ def write(
             f"write: give dots, a mesh, a molecule or a table, not the type {type(result).__name__}."
         )
     dots = replace(_renamed(dots, names or {}), coloured=dots.coloured if colours is None else bool(colours))
-    if Path(path).suffix.lower() != ".cxc":
-        write_dots(path, dots)
-        return
-    _write_chimerax(Path(path), dots)
+    write_dots(path, dots)
 
 
 def _write_molecule(molecule: Molecule, path: str | Path, frame: int) -> None:
@@ -552,14 +565,15 @@ def _molecule_of(dots: DotsToWrite) -> tuple[Molecule | None, int]:
 
 def _write_chimerax(path: Path, dots: DotsToWrite) -> None:
     """Write dots, or a mesh, as NAME.cxc and the files that it opens; none of these replaces a file of another origin."""
-    parse_output(path, (".cxc",))
+    if parse_output(path, SCRIPTS)[1]:
+        raise InputError(f"{path}: ChimeraX opens no packed script; leave out .gz.")
     molecule, frame = _molecule_of(dots)
-    bild, pdb = path.with_name(f"{path.stem}_dots.bild"), path.with_name(f"{path.stem}_molecule.pdb")
+    companions = beside_script(path)
+    bild, pdb = companions
     writers: dict[Path, Callable[[Path], Any]] = {bild: lambda file: _write_scene(file, dots)}
     if molecule is not None:
         writers[pdb] = lambda file: molecule.write_pdb(file, frame)
-    companions: Companions = dict.fromkeys(writers, lambda file: is_opened_by(path, file))
-    refuse_replacing(path, (molecule,), companions)
+    refuse_replacing(path, (molecule,), {file: companions[file] for file in writers})
     script = chimerax_script(path.name, bild.name, pdb.name if molecule is not None else None)
     writers[path] = lambda file: file.write_text(script, encoding="utf-8")
     for file, writer in writers.items():

@@ -15,7 +15,7 @@ from sparsurf.sampling.samplers import sampler_label
 from sparsurf.threads import available_cores
 from sparsurf.views.numbers import number, share
 
-FORMATS = (*writing.DOTS_ALONE, *writing.PAGE_FORMATS)
+FORMATS = (*writing.DOTS_ALONE, *writing.SCRIPTS, *writing.PAGE_FORMATS)
 WIDE = 2.5  # ratio of the ends of an interval, of the number of dots, that calls for a fixed share
 
 EXAMPLES = """\

@@ -4,7 +4,7 @@ import argparse
 import sys
 
 from sparsurf.api.about import refuse_missing_matplotlib
-from sparsurf.api.replacing import Companions, refuse_replacing
+from sparsurf.api.replacing import Companions, beside_script, refuse_replacing
 from sparsurf.api.writing import SUFFIXES_OF_NUMBERS, DotsToWrite, parse_output, write_dots
 from sparsurf.errors import InputError
 from sparsurf.surfaces.formats.meshes import BY_TRIMESH, import_trimesh
@@ -20,6 +20,7 @@ def check(args: argparse.Namespace, formats: tuple[str, ...], companions: Compan
     inputs = [getattr(args, key, None) for key in READ_OPTIONS]
     refuse_replacing(args.output, [file for file in inputs if isinstance(file, str | list)])
     suffix = parse_output(args.output, formats)[0]
+    companions = {**(companions or {}), **beside_script(args.output)}
     refuse_replacing(args.output, [file for file in inputs if isinstance(file, str | list)], companions)
     if suffix == ".png":
         refuse_missing_matplotlib(args.output)

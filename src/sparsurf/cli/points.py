@@ -3,30 +3,23 @@
 from __future__ import annotations
 
 import argparse
-import json
 import os
-from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from sparsurf import kinds
 from sparsurf.api.inputs import is_file_of_spheres
 from sparsurf.api.parts import store_beside
-from sparsurf.api.points import JOBS, N_POINTS, StoredPoints, points, points_of
-from sparsurf.api.writing import parse_output, write, write_file
+from sparsurf.api.points import JOBS, N_POINTS, TABLE_FORMAT, points, points_of, write_table_of_points
+from sparsurf.api.writing import PAGE_FORMATS, SCRIPTS, SUFFIXES_OF_DOTS, write, write_file
 from sparsurf.arguments import DENSITY_LIMITS, NUMBER_OF_DOTS
 from sparsurf.cli import options, outputs
 from sparsurf.errors import InputError
-from sparsurf.files import import_pyarrow, pluralise
+from sparsurf.files import pluralise
 from sparsurf.molecules.formats import title
 from sparsurf.surfaces.chosen_points import NamedPoints
 
-if TYPE_CHECKING:
-    import pandas as pd
-
-TABLE_FORMAT = ".parquet"
-FORMATS = kinds.suffixes("points")
-ROWS_PER_GROUP = 100_000  # of a Parquet file
+FORMATS = tuple(dict.fromkeys([*kinds.suffixes("points"), *SUFFIXES_OF_DOTS, *SCRIPTS, *PAGE_FORMATS]))
 EXAMPLES = """\
 FILE is a structure, a folder of structures, or several structures. The points of all structures of a folder or of several
 files are written into one Parquet table. Its columns are name (of the structure), x, y, z (Å), nx, ny, nz (the normal), area
@@ -102,7 +95,7 @@ def run(args: argparse.Namespace) -> None:
             write_file(
                 args.output,
                 formats,
-                {TABLE_FORMAT: lambda path: _write_table(path, tables, written, failures)},
+                {TABLE_FORMAT: lambda path: write_table_of_points(path, tables, written, failures)},
             )
         message = f"{sum(written):,} points on {pluralise(len(written), 'structure')}"
         verb = "was" if results.n_before == 1 else "were"
@@ -116,58 +109,5 @@ def run(args: argparse.Namespace) -> None:
         settings["frame"] = args.frame or 0
     options.say(f"points on {source.n_atoms:,} atoms" if hasattr(source, "n_atoms") else "points on spheres")
     few = points(source, args.n_dots, **settings)
-    if parse_output(args.output, formats)[0] == TABLE_FORMAT:
-        named = [NamedPoints.of_points(title(args.file), few)]
-        write_file(args.output, formats, {TABLE_FORMAT: lambda path: _write_table(path, named, [], {})})
-    else:
-        write(few, args.output)
+    write(NamedPoints.of_points(title(args.file), few), args.output)
     outputs.report(args, f"{len(few.points):,} points on the surface")
-
-
-def _write_table(
-    path: Path, named: Iterable[NamedPoints | StoredPoints], written: list[int], failures: dict[str, str]
-) -> None:
-    """Write a Parquet table of all points, a few structures at a time; count the points of each in `written`.
-
-    `failures`, which is complete when all structures were taken, is stored in the metadata.
-    """
-    import pandas as pd  # here: a file of another format needs no table
-
-    pyarrow = import_pyarrow()
-    waiting: list[pd.DataFrame] = []
-    writer = None
-    try:
-        for few in named:
-            table = few.to_frame()
-            table.insert(0, "name", few.name)
-            waiting.append(table)
-            written.append(len(table))
-            if writer is None:
-                schema = _schema(pyarrow, table)
-                writer = pyarrow.parquet.ParquetWriter(path, schema, compression="zstd")
-            if sum(map(len, waiting)) >= ROWS_PER_GROUP:
-                writer.write_table(
-                    pyarrow.Table.from_pandas(pd.concat(waiting), schema, preserve_index=False)
-                )
-                waiting = []
-        if writer is None:
-            raise InputError("points: all structures failed; the warnings give the reasons.")
-        if waiting:
-            writer.write_table(pyarrow.Table.from_pandas(pd.concat(waiting), schema, preserve_index=False))
-        writer.add_key_value_metadata({"failures": json.dumps(failures, ensure_ascii=False)})
-    finally:
-        if writer is not None:
-            writer.close()
-
-
-def _schema(pyarrow: Any, table: pd.DataFrame) -> Any:
-    """Return the types of the columns: text, and numbers as they are."""
-    import pandas as pd
-
-    types = {
-        name: pyarrow.string()
-        if pd.api.types.is_string_dtype(column)
-        else pyarrow.from_numpy_dtype(column.dtype)
-        for name, column in table.items()
-    }
-    return pyarrow.schema(list(types.items()))

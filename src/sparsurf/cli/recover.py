@@ -94,9 +94,9 @@ def run(args: argparse.Namespace) -> None:
     formats = (
         writing.TABLE_FORMATS
         if args.at is not None
-        else (*writing.MESHES, *writing.SCENES)
+        else (*writing.MESHES, *writing.SCENES, *writing.SCRIPTS)
         if args.mesh
-        else writing.SUFFIXES_OF_DOTS
+        else (*writing.SUFFIXES_OF_DOTS, *writing.SCRIPTS)
     )
     outputs.check(args, formats, beside_mesh(args.output) if args.mesh else None)
     few = read_surface(args.file)

@@ -6,7 +6,7 @@ from sparsurf.api import writing
 from sparsurf.arguments import LENGTH, R_PATCH
 from sparsurf.cli import options, outputs
 
-FORMATS = (*writing.SUFFIXES_OF_NUMBERS, *writing.SCENES, *writing.PAGE_FORMATS)
+FORMATS = (*writing.SUFFIXES_OF_NUMBERS, *writing.SCENES, *writing.SCRIPTS, *writing.PAGE_FORMATS)
 EXAMPLES = """\
 Roughness is the mean cosine of the angles between the normals of a patch and their mean: 1 is flat, 0 is rough. A PLY stores it
 as a vertex property and as a colour, and a .pml file opens the dots in these colours in PyMOL. A .html file is the page of

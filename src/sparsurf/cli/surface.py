@@ -19,7 +19,8 @@ from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.spheres import SPHERE_FORMATS
 from sparsurf.surfaces.surface import COMPONENT_FIELD, SurfaceOrigin
 
-FORMATS = (*writing.SUFFIXES_OF_DOTS, *writing.PAGE_FORMATS)
+FORMATS = (*writing.SUFFIXES_OF_DOTS, *writing.SCRIPTS, *writing.PAGE_FORMATS)
+FORMATS_OF_MESH = (*writing.MESHES, *writing.SCENES, *writing.SCRIPTS, *writing.PAGE_FORMATS)
 EXAMPLES = """\
 The columns of a CSV are x,y,z,nx,ny,nz, area (Å^2), kind (0 contact, 1 saddle, 2 concave), component (0 is the largest), chain,
 residue, residue_name, atom_name and atom (its index among the atoms that are read, from 0). A PLY of dots is a point cloud,
@@ -75,7 +76,7 @@ def run(args: argparse.Namespace) -> None:
         )
     options.refuse_size_of_mesh(args)
     if args.mesh:
-        outputs.check(args, (*writing.MESHES, *writing.SCENES), beside_mesh(args.output))
+        outputs.check(args, FORMATS_OF_MESH, beside_mesh(args.output))
     else:
         outputs.check(args, FORMATS)
     if is_file_of_spheres(args.file):
@@ -151,7 +152,11 @@ def _triangles(args: argparse.Namespace, molecule: Molecule) -> writing.DotsToWr
     xyz, atom_radii = molecule.xyz[frame].round(3), radii(molecule, rules.radii)
     origin = SurfaceOrigin.of_atoms(molecule, frame, xyz, rules, D_LINK, atom_radii)
     size = mesh_size(args.n_vertices, args.density, args.step)
-    return replace(writing.mesh_dots(mesh_of_atoms(origin, size, names)), coloured=args.colours)
+    return replace(
+        writing.mesh_dots(mesh_of_atoms(origin, size, names)),
+        coloured=args.colours,
+        about=options.about(args),
+    )
 
 
 def _cavities(args: argparse.Namespace) -> str:

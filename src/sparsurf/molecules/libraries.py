@@ -1,10 +1,11 @@
-"""Atoms of other libraries, which users hold in memory: mdtraj, biotite, MDAnalysis, gemmi and Biopython.
+"""Atoms of other libraries, which users hold in memory: those of `WITH_ATOMS`.
 
 Each is converted to the table of `atom_table`, and built like a file. The libraries need not be installed.
 """
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
@@ -22,11 +23,15 @@ from sparsurf.molecules.trajectory import TrajectoryFrames
 if TYPE_CHECKING:
     import gemmi
     import mdtraj
+    import parmed
     from Bio.PDB.Entity import Entity
     from biotite.structure import AtomArray, AtomArrayStack
     from MDAnalysis import AtomGroup, Universe
+    from openmm.app import Modeller, PDBFile, PDBxFile
+    from prody.atomic import Atomic
+    from rdkit.Chem import Mol
 
-
+WITH_ATOMS = "mdtraj, biotite, MDAnalysis, gemmi, Biopython, ProDy, OpenMM, ParmEd or RDKit"
 # Columns of the table, and the attributes of atoms that hold them
 BIOTITE = {
     "name": "atom_name", "residue_name": "res_name", "chain": "chain_id", "number": "res_id", "insertion": "ins_code",
@@ -37,6 +42,10 @@ MDANALYSIS = {
     "name": "names", "residue_name": "resnames", "chain": "chainIDs", "number": "resids", "insertion": "icodes",
     "element": "elements", "hetero": "record_types", "altloc": "altLocs", "occupancy": "occupancies",
     "b_factor": "tempfactors", "segid": "segids",
+}  # fmt: skip
+PRODY = {
+    "name": "Names", "residue_name": "Resnames", "chain": "Chids", "number": "Resnums", "insertion": "Icodes",
+    "element": "Elements", "altloc": "Altlocs", "occupancy": "Occupancies", "b_factor": "Betas", "segid": "Segnames",
 }  # fmt: skip
 
 
@@ -54,11 +63,8 @@ def from_mdtraj(trajectory: mdtraj.Trajectory, **keys: Unpack[SelectionKeys]) ->
 @naming_file("the AtomArray")
 def from_biotite(atoms: AtomArray | AtomArrayStack, **keys: Unpack[SelectionKeys]) -> Molecule:
     """Convert an AtomArray or AtomArrayStack of biotite, whose models become frames; altlocs if it was read with altloc="all"."""
-    xyz = _positions(atoms.coord)
-    table = _table(atoms, BIOTITE, xyz.shape[1])
-    box = None if atoms.box is None else np.broadcast_to(np.asarray(atoms.box, float), (len(xyz), 3, 3))
-    frames = TrajectoryFrames(xyz, np.full(len(xyz), np.nan), np.arange(len(xyz)), box)
-    return _built(table, frames, "Å", False, keys)
+    frames = _frames(atoms.coord, atoms.box)
+    return _built(_table(atoms, BIOTITE, frames.xyz.shape[1]), frames, "Å", False, keys)
 
 
 @naming_file("the AtomGroup")
@@ -113,6 +119,97 @@ def from_biopython(entity: Entity, **keys: Unpack[SelectionKeys]) -> Molecule:
                     for atom in residue.get_unpacked_list()
                 ]  # fmt: skip
     return _built_of_rows(rows, None, keys)
+
+
+@naming_file("the atoms of ProDy")
+def from_prody(atoms: Atomic, **keys: Unpack[SelectionKeys]) -> Molecule:
+    """Convert an AtomGroup of ProDy, or a part of one, whose coordinate sets become frames."""
+    held = {column: getattr(atoms, f"get{name}")() for column, name in PRODY.items()}
+    held = {column: values for column, values in held.items() if values is not None}
+    source = SimpleNamespace(**held, hetero=np.asarray(atoms.getFlags("hetatm"), bool))
+    table = _table(source, {column: column for column in (*PRODY, "hetero")}, atoms.numAtoms())
+    return _built(table, _frames(atoms.getCoordsets()), "Å", False, keys)
+
+
+@naming_file("the atoms of OpenMM")
+def from_openmm(held: PDBFile | PDBxFile | Modeller, **keys: Unpack[SelectionKeys]) -> Molecule:
+    """Convert what holds a topology and positions of OpenMM, whose models become frames; nanometres become Å."""
+    from openmm.unit import angstrom  # whoever holds such an object has it
+
+    several = held.getNumFrames() if hasattr(held, "getNumFrames") else 0
+    positions = [held.getPositions(frame=k) for k in range(several)] or [held.positions]
+    xyz = [[tuple(place) for place in frame.value_in_unit(angstrom)] for frame in positions]
+    rows = [
+        (
+            atom.name, residue.name, residue.chain.id, residue.id, residue.insertionCode,
+            atom.element.symbol if atom.element else "",
+        )
+        for residue in held.topology.residues() for atom in residue.atoms()
+    ]  # fmt: skip
+    return _built(_table_of_rows(rows), _frames(xyz), "nm, as in OpenMM", False, keys)
+
+
+@naming_file("the structure of ParmEd")
+def from_parmed(structure: parmed.Structure, **keys: Unpack[SelectionKeys]) -> Molecule:
+    """Convert a Structure of ParmEd, whose sets of coordinates become frames."""
+    rows = [
+        (
+            atom.name, atom.residue.name, atom.residue.chain, atom.residue.number, atom.residue.insertion_code,
+            atom.element_name if atom.atomic_number > 0 else "", atom.residue.segid, atom.altloc, atom.occupancy, atom.bfactor,
+        )
+        for atom in structure.atoms
+    ]  # fmt: skip
+    if structure.get_coordinates() is None:
+        raise InputError(f"{FILE} has no coordinates: give it those of its atoms.")
+    box = None if structure.box is None else box_vectors(*structure.box)
+    return _built(_table_of_rows(rows), _frames(structure.get_coordinates(), box), "Å", False, keys)
+
+
+@naming_file("the Mol of RDKit")
+def from_rdkit(mol: Mol, **keys: Unpack[SelectionKeys]) -> Molecule:
+    """Convert a Mol of RDKit, whose conformers become frames; all its atoms are taken if it names no residues."""
+    if not mol.GetNumConformers():
+        raise InputError(
+            f"{FILE} has no conformer: embed one, or read the molecule from a file with coordinates."
+        )
+    atoms = [(atom.GetSymbol(), atom.GetPDBResidueInfo()) for atom in mol.GetAtoms()]
+    n_without = sum(residue is None for _, residue in atoms)
+    if n_without == len(atoms):  # a small molecule
+        keys = {"selection": "all", **keys}
+        rows: list[Any] = [
+            (f"{symbol}{k}", "UNL", "", 1, "", symbol) for k, (symbol, _) in enumerate(atoms, 1)
+        ]
+    elif n_without:
+        raise InputError(
+            f"{FILE} has {n_without} atoms without a residue: add hydrogens by AddHs(mol, addCoords=True, addResidueInfo=True)."
+        )
+    else:
+        rows = [
+            (
+                residue.GetName(), residue.GetResidueName(), residue.GetChainId(), residue.GetResidueNumber(),
+                residue.GetInsertionCode(), symbol, "", residue.GetAltLoc(), residue.GetOccupancy(), residue.GetTempFactor(),
+                residue.GetIsHeteroAtom(),
+            )
+            for symbol, residue in atoms
+        ]  # fmt: skip
+    xyz = [conformer.GetPositions() for conformer in mol.GetConformers()]
+    return _built(_table_of_rows(rows), _frames(xyz), "Å", False, keys)
+
+
+def _frames(xyz: Any, box: np.ndarray | None = None) -> TrajectoryFrames:
+    """Return coordinates (F, A, 3), Å, as frames without times, in the same box."""
+    xyz = _positions(xyz)
+    boxes = None if box is None else np.broadcast_to(np.asarray(box, float), (len(xyz), 3, 3))
+    return TrajectoryFrames(xyz, np.full(len(xyz), np.nan), np.arange(len(xyz)), boxes)
+
+
+def _table_of_rows(rows: list[Any]) -> AtomTable:
+    """Return the table of rows, one for each atom, in the order of `columns`; the last ones may be missing."""
+    columns = (
+        "name", "residue_name", "chain", "number", "insertion", "element", "segid", "altloc", "occupancy", "b_factor", "hetero",
+    )  # fmt: skip
+    held = dict(zip(columns, zip(*rows, strict=True), strict=False))
+    return _table(SimpleNamespace(**held), {column: column for column in columns}, len(rows))
 
 
 def _positions(xyz: Any) -> np.ndarray:

@@ -11,6 +11,7 @@ import pytest
 
 import sparsurf
 from conftest import ROOT
+from peptides import peptide
 from sparsurf.api.inputs import as_molecule
 from sparsurf.errors import InputError
 
@@ -92,6 +93,59 @@ def test_models_locations_and_labels_of_gemmi_and_biopython(library, tmp_path):
     assert as_molecule(structure[0]).n_frames == 1
     with pytest.raises(InputError, match="has no atoms"):
         as_molecule(gemmi.Structure() if library == "gemmi" else structure.__class__("empty"))
+
+
+METHANOL = """
+
+  of a library
+  2  1  0  0  0  0  0  0  0  0999 V2000
+    0.0000    0.0000    0.0000 C   0  0  0  0  0  0  0  0  0  0  0  0
+    1.4300    0.0000    0.0000 O   0  0  0  0  0  0  0  0  0  0  0  0
+  1  2  1  0
+M  END
+"""
+
+
+def of_prody(path):
+    prody = pytest.importorskip("prody", reason="ProDy is not installed")
+    prody.confProDy(verbosity="none")
+    return prody.parsePDB(str(path)).select("all")
+
+
+def of_openmm(path):
+    app = pytest.importorskip("openmm.app", reason="OpenMM is not installed")
+    return app.PDBFile(str(path))
+
+
+def of_parmed(path):
+    return pytest.importorskip("parmed", reason="ParmEd is not installed").load_file(str(path))
+
+
+def of_rdkit(path):
+    chem = pytest.importorskip("rdkit.Chem", reason="RDKit is not installed")
+    return chem.MolFromPDBFile(str(path), removeHs=False, sanitize=False)
+
+
+@pytest.mark.parametrize("held", [of_prody, of_openmm, of_parmed, of_rdkit])
+def test_atoms_and_models_of_libraries_that_simulate_and_draw(held, tmp_path):
+    path = tmp_path / "models.pdb"
+    models = (peptide(["ALA", "LYS", "GLY"], "B", 9, origin=(8 * k, 0, 0)) for k in range(2))
+    path.write_text(
+        "".join(f"MODEL        {k}\n{model}ENDMDL\n" for k, model in enumerate(models, 1)) + "END\n"
+    )
+    molecule, expected = as_molecule(held(path)), sparsurf.read_molecule(path)
+    assert molecule.xyz.shape == expected.xyz.shape and np.allclose(molecule.xyz, expected.xyz, atol=1e-5)
+    for name in ("name", "residue_name", "chain", "element", "residue", "kind"):
+        assert getattr(molecule, name).tolist() == getattr(expected, name).tolist(), name
+
+
+def test_a_mol_without_residues_is_taken_whole_and_without_conformers_refused():
+    chem = pytest.importorskip("rdkit.Chem", reason="RDKit is not installed")
+    mol = chem.MolFromMolBlock(METHANOL)
+    assert as_molecule(mol).name.tolist() == ["C1", "O2"] and sparsurf.areas(mol).accessible.sum() > 100
+    mol.RemoveAllConformers()
+    with pytest.raises(InputError, match="the Mol of RDKit has no conformer"):
+        sparsurf.surface(mol)
 
 
 def test_parts_and_broken_atoms_of_another_library():

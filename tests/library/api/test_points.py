@@ -14,7 +14,6 @@ from conftest import ROOT
 from peptides import peptide, write
 from sparsurf.api import points as api_points
 from sparsurf.cli import command
-from sparsurf.cli import points as command_points
 from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_molecule
 
@@ -252,9 +251,7 @@ def test_folders_of_structures(folder, tmp_path):
 
 def test_the_table_of_a_folder_has_the_columns_of_to_frame(folder, tmp_path, monkeypatch, capfd):
     parquet = pytest.importorskip("pyarrow.parquet")
-    monkeypatch.setattr(
-        command_points, "ROWS_PER_GROUP", 50
-    )  # a group of two structures, and one of the last
+    monkeypatch.setattr(api_points, "ROWS_PER_GROUP", 50)  # a group of two structures, and one of the last
     (tmp_path / "c.pdb").write_text("nothing")
     (tmp_path / "d.pdb").write_text((folder / "b.pdb").read_text())
     for path in folder.iterdir():

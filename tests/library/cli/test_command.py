@@ -521,7 +521,7 @@ MISTAKES = [  # one of each kind: the command, its exit code, and what its sente
     ("surface protein.pdb --frame 1 -o x.csv", 1, "no frame 1"),
     ("surface protein.pdb --chains Q -o x.csv", 1, "chain"),
     ("surface protein.pdb --mesh --residues 209 -o x.ply", 1, "--residues selects dots"),
-    ("surface protein.pdb --mesh -o x.html", 1, "cannot be written as '.html'; name a file that ends in .ply"),
+    ("surface protein.pdb --mesh -o x.dms", 1, "cannot be written as '.dms'; name a file that ends in .ply"),
     ("show protein.pdb -o x.csv", 1, "cannot be written as '.csv'; name a file that ends in .html"),
     ("show dots.csv --frame 1 -o x.html", 1, "--frame has no meaning for dots.csv"),
     ("show frames.csv -o x.html", 1, "frames.csv holds the dots of 2 frames"),
