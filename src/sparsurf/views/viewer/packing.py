@@ -15,6 +15,7 @@ import numpy as np
 
 OCTAHEDRON = 63  # steps of a normal's coordinates on the octahedron: 7 bits each, 2 degrees at worst
 UNKNOWN_VALUE = 255
+DEFLATE_LEVEL = 7  # 9 takes four times as long, for 0.3 % fewer bytes
 
 
 def pack(header: dict[str, Any], columns: dict[str, np.ndarray]) -> str:
@@ -27,7 +28,7 @@ def pack(header: dict[str, Any], columns: dict[str, np.ndarray]) -> str:
         planes.append(shorter)
     head = json.dumps(header | {"columns": listed}, separators=(",", ":"), allow_nan=False).encode()
     content = len(head).to_bytes(4, "little") + head + b"".join(planes)
-    return base64.b64encode(zlib.compress(content, 9)).decode("ascii")
+    return base64.b64encode(zlib.compress(content, DEFLATE_LEVEL)).decode("ascii")
 
 
 def byte_planes(values: np.ndarray) -> bytes:
