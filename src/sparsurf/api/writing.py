@@ -31,7 +31,7 @@ from sparsurf.suggestions import public
 from sparsurf.surfaces.chosen_points import NamedPoints, Points
 from sparsurf.surfaces.formats.csv import write_csv
 from sparsurf.surfaces.formats.dms import write_dms
-from sparsurf.surfaces.formats.meshes import BY_TRIMESH, write_by_trimesh, write_vtp
+from sparsurf.surfaces.formats.meshes import BY_TRIMESH, import_trimesh, write_by_trimesh, write_vtp
 from sparsurf.surfaces.formats.msms import Header, write_faces, write_vertices
 from sparsurf.surfaces.formats.ply import KIND_COLOURS, limits_of, viridis, write_ply
 from sparsurf.surfaces.radii import radii
@@ -176,6 +176,8 @@ def write_file(
     `writers` are functions of a path by suffix; output and formats are those of `parse_output`.
     """
     suffix, packed, folder = parse_output(output, formats)
+    if suffix in BY_TRIMESH:
+        import_trimesh(output)  # before the folder of the result, whose name the error would have
     _remove_leftovers(folder)
     with tempfile.TemporaryDirectory(dir=folder, prefix=BESIDE_OUTPUT) as temporary:
         path = Path(temporary, f"part{suffix}")
