@@ -204,6 +204,9 @@ def test_the_combination_that_keeps_the_most_dots_is_better_only_if_it_is_alone(
     table = pd.DataFrame({"n_S_percent": [10.0, 99.9, 40.0], "d_kept": [0.5, 0.5, -0.5]})
     assert better_than_uniform(table, "kept") == (1, 2)  # as in the ranges
     assert better_than_uniform(table[1:2], "kept") == (1, 1)
+    # the interval of the first reaches below 0, and that of the last is not known
+    table = table.assign(d_kept=[0.5, 0.5, 0.2], d_low_kept=[-0.1, 0.4, np.nan])
+    assert better_than_uniform(table, "kept") == (1, 2)
 
 
 def test_the_histogram_counts_the_roughness_in_the_colours_of_the_surface():

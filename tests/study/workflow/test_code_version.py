@@ -33,7 +33,8 @@ FILES = {
         "    return import_module(f'sparsurf.tables.{name}'), importlib.import_module('sparsurf.named')\n"
     ),
     "src/sparsurf/tables/one.py": "",
-    "src/sparsurf/named.py": "",
+    "src/sparsurf/named.py": "import sparsurf.whole\n",
+    "src/sparsurf/whole/__init__.py": "",
     "src/sparsurf/bits.py": "",
     "src/sparsurf/quoted.py": "",
     "src/sparsurf_study/__init__.py": "",
@@ -95,6 +96,7 @@ def version():
         ("src/sparsurf/views/deep/inner.py", True),
         ("src/sparsurf/tables/one.py", True),
         ("src/sparsurf/named.py", True),
+        ("src/sparsurf/whole/__init__.py", True),
         ("src/sparsurf/quoted.py", False),  # the text of a string
         ("src/sparsurf/patches/other.py", False),
         ("src/sparsurf/patches/other.csv", False),

@@ -152,7 +152,7 @@ def test_a_heading_of_gromacs_is_no_warning(tmp_path):
 
 
 def test_warnings_of_earlier_studies_in_the_folder_do_not_count(tmp_path, monkeypatch):
-    """Those of jobs and of places that this study does not have; a sentence counts once for a conformation."""
+    """Those of jobs and of places that this study does not have; a sentence counts once for each conformation."""
     others = "a/c1/compare_samplers", "a/c5/compute_surface", "b/c1/compute_surface", "summarise_comparison"
     counted = "a/c1/compute_surface", "a/choose_frames", "a/simulate_nvt", "pairs/ab/match_partners"
     counted = [*counted, "summarise_best"]
@@ -162,8 +162,16 @@ def test_warnings_of_earlier_studies_in_the_folder_do_not_count(tmp_path, monkey
         path = run / "logs" / f"{log}.log"
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(f"WARNING {log}\n")
-    (run / "logs/a/c1/measure_floors.log").write_text("WARNING a/c1/compute_surface\n")
-    files = ("a/c1/surface.npz", "a/c1/figures/required_dots.png", "surfaces.csv", "pairs/ab/contacts.csv")
+    for folder in ("a/c1", "a/c2"):
+        (run / "logs" / folder).mkdir(exist_ok=True)
+        (run / "logs" / folder / "measure_floors.log").write_text("WARNING a/c1/compute_surface\n")
+    files = (
+        "a/c1/surface.npz",
+        "a/c2/surface.npz",
+        "a/c1/figures/required_dots.png",
+        "surfaces.csv",
+        "pairs/ab/contacts.csv",
+    )
     names = (
         "compute_surface",
         "measure_floors",
@@ -179,4 +187,4 @@ def test_warnings_of_earlier_studies_in_the_folder_do_not_count(tmp_path, monkey
         "pairs/ab/match_partners": ("pairs/ab", ""),
     }
     wanted = [(*places.get(log, ("a", "")), log.rpartition("/")[2], log) for log in counted]
-    assert rows == wanted
+    assert rows == [wanted[0], ("a", "c2", "measure_floors", wanted[0][3]), *wanted[1:]]

@@ -586,6 +586,18 @@ def test_downloads_and_simulations_with_other_parameters_are_not_kept(earlier):
     assert adoption.adopt(earlier | longer, RUN, Path("metadata")) == []  # as their records tell
 
 
+def test_a_download_from_another_address_is_not_kept(earlier):
+    """Without records and metadata, what was written beside the file tells its address."""
+    for path in Path("metadata").iterdir():
+        path.unlink()
+    protein = earlier["proteins"]["d"]
+    kept = [
+        [job.log for job in adoption.adopt({"proteins": {"d": entry}, "seed": 4}, RUN, Path("metadata"))]
+        for entry in ({"url": "https://example.org/download/1UBI.cif.gz"}, protein)
+    ]
+    assert kept == [[], ["d/fetch_1UBI.cif.gz"]]
+
+
 def test_the_record_of_a_real_job_names_the_code_of_its_script(study):
     records = ledger.read_records(study / "results" / "small")
     codes = {record.rule: record.code for record in records.values()}
