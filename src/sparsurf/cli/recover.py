@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 from sparsurf.api import writing
+from sparsurf.api.about import heard
 from sparsurf.api.minimal import REACHES, recover_with_share
 from sparsurf.api.patches import describe_points
 from sparsurf.api.replacing import beside_mesh
@@ -34,6 +35,7 @@ deviates by less than 0.11 Å, and the largest deviation is about 0.5 Å. FILE m
 model; otherwise the dots tell them.
 --at writes, instead of dots, the descriptors (|c_nm|, as in `sparsurf descriptors`) of the patches of the dense surface around
 the given points.
+A .html file is a page, and a .png file a picture.
 --mesh writes a closed surface of triangles, with --density vertices per Å^2 or the fineness of a --step. For a NAME.vert, they
 stand in a NAME.face next to it, which replaces only triangles of a NAME.vert. The mesh closes holes between
 the dots, and warns of wide holes. If the dots lie in clusters, the surface is reconstructed around the clusters only: choose
@@ -94,12 +96,13 @@ def run(args: argparse.Namespace) -> None:
     formats = (
         writing.TABLE_FORMATS
         if args.at is not None
-        else (*writing.MESHES, *writing.SCENES, *writing.SCRIPTS)
+        else (*writing.MESHES, *writing.SCENES, *writing.SCRIPTS, *writing.PAGE_FORMATS)
         if args.mesh
-        else (*writing.SUFFIXES_OF_DOTS, *writing.SCRIPTS)
+        else (*writing.SUFFIXES_OF_DOTS, *writing.SCRIPTS, *writing.PAGE_FORMATS)
     )
     outputs.check(args, formats, beside_mesh(args.output) if args.mesh else None)
-    few = read_surface(args.file)
+    with heard(args.file) as args.heard:
+        few = read_surface(args.file)
     options.say(f"surface reconstructed from {len(few):,} dots")
     points_at = None if args.at is None else read_points(args.at)
     if args.mesh:
@@ -113,7 +116,7 @@ def run(args: argparse.Namespace) -> None:
     if points_at is not None:
         _describe(args, dense, points_at)
         return
-    dots = _dense_dots(dense, len(few), _is_dms(args))
+    dots = replace(_dense_dots(dense, len(few), _is_dms(args)), about=options.about(args))
     writing.write_dots(args.output, dots)
     on_spheres = f"{100 * share:.0f} % of these" if share > 0 else "none of these"
     on_spheres = "" if args.model == INTERPOLANT else f"; {on_spheres} lie on spheres of inferred atoms"
@@ -124,7 +127,7 @@ def _mesh(args: argparse.Namespace, few: Surface) -> writing.DotsToWrite:
     """Return the triangles of the reconstructed surface."""
     size = mesh_size(args.n_vertices, args.density, args.step)
     made = mesh_of_dots(few, size, model=args.model, reach=args.reach)
-    return replace(writing.mesh_dots(made), coloured=args.colours)
+    return replace(writing.mesh_dots(made), coloured=args.colours, about=options.about(args))
 
 
 def _is_dms(args: argparse.Namespace) -> bool:

@@ -29,3 +29,14 @@ def test_a_script_for_chimerax_is_that_of_the_function(tmp_path, monkeypatch, ca
     assert "c_dots.bild" in capsys.readouterr().err and not (tmp_path / "c.cxc").exists()
     with pytest.raises(InputError, match=r"leave out \.gz"):
         sparsurf.write(sparsurf.surface(PEPTIDE), "d.cxc.gz")
+
+
+def test_a_recovered_surface_has_a_page_and_a_picture(tmp_path, monkeypatch):
+    pytest.importorskip("matplotlib")
+    monkeypatch.chdir(tmp_path)
+    sparsurf.write(sparsurf.minimal(PEPTIDE, density=0.4), "few.csv")
+    for name in ("dots.png", "page.html"):
+        assert main(["recover", "few.csv", "-o", name]) == 0
+    page, n_dots = (tmp_path / "page.html").read_text(), len(sparsurf.recover("few.csv"))
+    assert f"The {n_dots:,} dots" in page and "<h1>The surface of few</h1>" in page
+    assert (tmp_path / "dots.png").read_bytes().startswith(b"\x89PNG")
