@@ -25,6 +25,7 @@ from scipy.spatial import cKDTree
 import sparsurf
 from sparsurf_study.workflow.jobs import Job
 from measures import rebuilding
+from measures.dmasif import moved_points_of_dmasif, points_of_dmasif
 from measures.molecules import atoms_of
 from measures.opponents import corner_normals
 from measures.recovery import angles
@@ -116,6 +117,8 @@ PROTOCOLS = {
     "MaSIF": Protocol(partial(remeshed, density=3.0, side=1.0), True),
     "HMR": Protocol(partial(remeshed, density=1.0, side=1.2), True),
     "AtomSurf": Protocol(partial(decimated, density=1.0, share=0.1), True),
+    "dMaSIF": Protocol(points_of_dmasif, False),
+    "dMaSIF_moved": Protocol(moved_points_of_dmasif, False),
 }
 
 
@@ -183,6 +186,7 @@ def measure_points(job: Job) -> None:
     """Measure failures, topology and CPU of the points of many chains by one protocol; on every n-th chain also errors."""
     name, every, rows = job.wildcards.protocol, job.params.every, []
     step = job.params.every_fast if name in job.params.fast else every
+    step = job.params.every_slow if name in job.params.slow else step
     chains = job.params.structures if installed(name) else {}
     for path in list(chains.values())[:1]:
         PROTOCOLS[name].run(*atoms_of(path))  # loads kernels and programs

@@ -17,6 +17,8 @@ rule measure_points:
         every=config["points"]["every"],
         fast=config["points"]["fast"],
         every_fast=config["points"]["every_fast"],
+        slow=config["points"]["slow"],
+        every_slow=config["points"]["every_slow"],
         again=config["points"]["again"],
     message:
         "Points by {wildcards.protocol}"
