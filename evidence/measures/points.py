@@ -185,8 +185,7 @@ def short_sides(points: np.ndarray, triangles: np.ndarray) -> float:
 def measure_points(job: Job) -> None:
     """Measure failures, topology and CPU of the points of many chains by one protocol; on every n-th chain also errors."""
     name, every, rows = job.wildcards.protocol, job.params.every, []
-    step = job.params.every_fast if name in job.params.fast else every
-    step = job.params.every_slow if name in job.params.slow else step
+    step = job.params.every_of.get(name, every)
     chains = job.params.structures if installed(name) else {}
     for path in list(chains.values())[:1]:
         PROTOCOLS[name].run(*atoms_of(path))  # loads kernels and programs

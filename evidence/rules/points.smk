@@ -15,10 +15,7 @@ rule measure_points:
     params:
         structures={name: structure_file(name) for name in CHAINS},
         every=config["points"]["every"],
-        fast=config["points"]["fast"],
-        every_fast=config["points"]["every_fast"],
-        slow=config["points"]["slow"],
-        every_slow=config["points"]["every_slow"],
+        every_of=config["points"]["every_of"],
         again=config["points"]["again"],
     message:
         "Points by {wildcards.protocol}"

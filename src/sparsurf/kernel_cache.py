@@ -42,7 +42,7 @@ def choose_matplotlib_folder() -> None:
     else:
         folders = [os.path.join(home, ".matplotlib")]
     # the home of an account that has none is "~"
-    usable = all(os.path.isabs(folder) and can_write(Path(folder)) for folder in folders)
+    usable = all(os.path.isabs(folder) and _can_write(Path(folder)) for folder in folders)
     if not usable and (folder := _temporary_folder()):
         os.environ[OF_MATPLOTLIB] = os.path.join(folder, "matplotlib")
 
@@ -59,16 +59,21 @@ def require_kernel_cache() -> None:
 @cache
 def _has_kernel_cache(named: str | None) -> bool:
     """Return whether numba may write to the folder that the user names, beside every kernel, or to the user's cache."""
-    if named and can_write(Path(named)):
+    if named and _can_write(Path(named)):
         return True
     packages = [path.parent for path in PACKAGE.rglob("__init__.py")]
-    if all(can_write(folder / "__pycache__") for folder in packages):
+    if all(_can_write(folder / "__pycache__") for folder in packages):
         return True
-    of_user = Path(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"))
-    return of_user.is_absolute() and can_write(of_user / "numba")
+    return can_write_cache("numba")
 
 
-def can_write(folder: Path) -> bool:
+def can_write_cache(folder: str = "") -> bool:
+    """Return whether the cache of the user, or a folder in it, can be written; an account without a home has none."""
+    cache_of_user = Path(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"))
+    return cache_of_user.is_absolute() and _can_write(cache_of_user / folder)
+
+
+def _can_write(folder: Path) -> bool:
     """Return whether files can be made in a folder, or the folder itself where it does not exist."""
     while not os.path.lexists(folder) and folder != folder.parent:
         folder = folder.parent

@@ -75,9 +75,8 @@ FRAMES_PER_PART = 10  # that are stored together, and computed again after a sto
 OF_FRAMES = ("xyz", "time_ps", "frame_number")  # arrays of a molecule with a row for each frame
 EXACT_AREAS = ("accessible", "relative", "buried")
 RESIDUE_COLUMNS = ("area", "mean_roughness", "depth", *EXACT_AREAS)
-RANKED_QUANTITIES = tuple(
-    name.removeprefix("mean_") for name in RESIDUE_COLUMNS
-)  # by which residues are ranked without a field
+# by which residues are ranked without a field
+RANKED_QUANTITIES = tuple(name.removeprefix("mean_") for name in RESIDUE_COLUMNS)
 
 
 class FrameTables(NamedTuple):
@@ -391,9 +390,8 @@ def residues_of_frame(
     if "depth" in columns:
         table["depth"] = _depth(frame.rolled.surface(DENSITY), frame.rolled, molecule, xyz)
     if not {*EXACT_AREAS}.isdisjoint(columns):
-        if (
-            len(frame.rolled.kept) < molecule.n_atoms
-        ):  # the probe rolls over one of several atoms in one place
+        # the probe rolls over one of several atoms in one place
+        if len(frame.rolled.kept) < molecule.n_atoms:
             refuse_overlapping_chains(molecule, xyz)
         areas = areas_of_frame(frame.rolled, molecule.chain)
         for name in ("accessible", "buried"):

@@ -65,11 +65,8 @@ def page_of_surface(
     from sparsurf.views.overview.page import Notes, overview
     from sparsurf.views.viewer.page import MAX_DOTS, DotValues
 
-    given, patches, steps = (
-        surface,
-        about.patches or PatchesSettings(),
-        Progress("steps of the page", STEPS_OF_PAGE),
-    )
+    given, patches = surface, about.patches or PatchesSettings()
+    steps = Progress("steps of the page", STEPS_OF_PAGE)
     with heard("show") as of_patches:
         whole = _surface_of_patches(surface, about, patches)
     if whole is not None and surface.origin is None and whole.surface is not surface:

@@ -24,12 +24,8 @@ OWN_PAGE = b'<meta name="generator" content="sparsurf '
 FRAME_COLUMNS = ("area", "volume", "components", "cavities", "dots", "mean_roughness", "accessible", "buried")
 COLUMNS_OF_FRAMES = ("frame", "time_ps", *FRAME_COLUMNS)  # of the table of frames
 COLUMNS_OF_CHANGES = ("quantity", "frames", "mean", "sd", "lowest", "highest", "range")
-COLUMNS_OF_RANKING = (
-    "chain",
-    "residue",
-    "residue_name",
-    *COLUMNS_OF_CHANGES,
-)  # of the table of ranked residues
+# of the table of ranked residues
+COLUMNS_OF_RANKING = ("chain", "residue", "residue_name", *COLUMNS_OF_CHANGES)
 
 
 def refuse_replacing(

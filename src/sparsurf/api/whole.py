@@ -114,9 +114,8 @@ def whole_surface(dots: Surface) -> WholeSurface | None:
     if whole is None or whole.origin is None:
         return None
     origin, rules = whole.origin, replace(placement_of(whole.origin.rules), density="auto")
-    suits_already = (
-        origin.rules.density == "auto" and origin.d_link == D_LINK
-    )  # the same dots would be placed
+    # then the same dots would be placed
+    suits_already = origin.rules.density == "auto" and origin.d_link == D_LINK
     if not suits_already and are_fragmented(whole.points, whole.normals):
         whole = surface_of_spheres(origin.xyz, origin.radii, rules, D_LINK, "surface")
     if whole is dots:

@@ -344,7 +344,6 @@ def about(args: argparse.Namespace, **attributes: Any) -> About:
     """Return what a page or picture says besides the dots; `attributes` are further attributes of About."""
     files = args.file, getattr(args, "trajectory", None)
     model = getattr(args, "model", None)
-    model = model if isinstance(model, int) else None  # recover and minimal call their reconstruction so
     return About(
         title(args.file), args.heard, files=files, model=model, command=shlex.join(["sparsurf", *args.words]),
         **attributes,

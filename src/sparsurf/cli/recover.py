@@ -74,6 +74,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--model",
+        dest="reconstruction",  # `model` is that of a file of several
         choices=MODELS,
         default=AUTO,
         help="auto (default) uses the inferred atoms if they explain the dots, interpolant never does, and spheres "
@@ -111,7 +112,7 @@ def run(args: argparse.Namespace) -> None:
         outputs.report(args, f"{triangles.message} from {len(few):,} dots")
         return
     dense, share = recover_with_share(
-        few, density=args.density or DENSITY, reach=args.reach, model=args.model
+        few, density=args.density or DENSITY, reach=args.reach, model=args.reconstruction
     )
     if points_at is not None:
         _describe(args, dense, points_at)
@@ -119,14 +120,16 @@ def run(args: argparse.Namespace) -> None:
     dots = replace(_dense_dots(dense, len(few), _is_dms(args)), about=options.about(args))
     writing.write_dots(args.output, dots)
     on_spheres = f"{100 * share:.0f} % of these" if share > 0 else "none of these"
-    on_spheres = "" if args.model == INTERPOLANT else f"; {on_spheres} lie on spheres of inferred atoms"
+    on_spheres = (
+        "" if args.reconstruction == INTERPOLANT else f"; {on_spheres} lie on spheres of inferred atoms"
+    )
     outputs.report(args, f"{len(dense):,} dots from {len(few):,}{on_spheres}")
 
 
 def _mesh(args: argparse.Namespace, few: Surface) -> writing.DotsToWrite:
     """Return the triangles of the reconstructed surface."""
     size = mesh_size(args.n_vertices, args.density, args.step)
-    made = mesh_of_dots(few, size, model=args.model, reach=args.reach)
+    made = mesh_of_dots(few, size, model=args.reconstruction, reach=args.reach)
     return replace(writing.mesh_dots(made), coloured=args.colours, about=options.about(args))
 
 

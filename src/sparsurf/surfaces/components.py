@@ -581,10 +581,8 @@ def _points_on_borders(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the directions (m, 3) of the ends of arcs (k,), and of their points towards the other loops, and the arc of each."""
     n_arcs, m = len(arcs), 0
-    towards, half = (
-        np.empty((n_arcs, 3, 3)),
-        np.empty(n_arcs),
-    )  # both ends and the axis; rad, between axis and circle
+    # both ends and the axis; rad, between axis and circle
+    towards, half = np.empty((n_arcs, 3, 3)), np.empty(n_arcs)
     points, owner = np.empty((2 * n_arcs + 6 * n_arcs**2, 3)), np.empty(2 * n_arcs + 6 * n_arcs**2, np.int64)
     centre, reach = point(rolling.atoms.centre, atom), rolling.atoms.reach[atom]
     for a in range(n_arcs):

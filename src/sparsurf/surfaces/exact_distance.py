@@ -51,9 +51,8 @@ if TYPE_CHECKING:
 POSITIONS_PER_TASK = 4096
 FIRST_DEPTH = 0.5  # Å, to which all points are searched; only those that lie deeper are searched twice as deep each time
 DEEPEST = 10.0  # Å
-ROUNDING_OF_SQUARES = (
-    1e-9  # Å^2, far above the rounding of squared distances, so that no nearer place is passed over
-)
+# Å^2, far above the rounding of squared distances, so that no nearer place is passed over
+ROUNDING_OF_SQUARES = 1e-9
 
 
 def exact_distance(

@@ -17,7 +17,7 @@ from typing import IO
 import psutil
 
 from sparsurf.errors import InputError
-from sparsurf.kernel_cache import can_write
+from sparsurf.kernel_cache import can_write_cache
 from sparsurf_study import catalogue
 from sparsurf_study.batches.assignment import batched_structures
 from sparsurf_study.report.finished import Finished
@@ -103,8 +103,7 @@ def run_snakemake(
 
 def _complete_account(root: Path) -> None:
     """Name a home and a user where the account has none, as in a container; Snakemake ends without them."""
-    cache = Path(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"))
-    if not (cache.is_absolute() and can_write(cache)):
+    if not can_write_cache():
         os.environ |= {"HOME": str(root / ".snakemake"), "XDG_CACHE_HOME": ""}
     try:
         getpass.getuser()
