@@ -48,7 +48,9 @@ def compile_surfaces() -> None:
     from sparsurf.api.surface_atoms import surface_atoms
     from sparsurf.patches.index import build_index
     from sparsurf.recovery.errors import curvature
+    from sparsurf.recovery.spheres.explanations import completed
     from sparsurf.recovery.spheres.rebuilding import rebuild
+    from sparsurf.recovery.spheres.votes import model_of
     from sparsurf.surfaces.exact_distance import exact_distance
     from sparsurf.surfaces.molecular_surface import molecular_surface, roll_spheres
     from sparsurf.surfaces.radii import PROBE_RADIUS
@@ -59,6 +61,9 @@ def compile_surfaces() -> None:
     molecular_surface(points[:3], np.full(3, 1.7), reentrant="dms")
     dots = molecular_surface(*helix())
     rebuild(dots.points, dots.normals)
+    # dots that nothing explains, of which few dots of a small molecule have none: the places of half of the atoms are sought
+    probes, model = dots.points + PROBE_RADIUS * dots.normals, model_of(dots.points, dots.normals)
+    completed(probes, dots.normals, *(of_atoms[::2].copy() for of_atoms in helix()), model)
     curvature(build_index(points, normals))
     # the probe fits into the shell unless the atom at its centre is kept, or cavities are removed
     shell = np.concatenate([np.zeros((1, 3)), 2 * points]), np.full(BALL_DOTS + 1, 1.7)
