@@ -164,10 +164,21 @@ def test_parts_of_another_trajectory_are_not_taken(seven, tmp_path, monkeypatch,
         assert (tmp_path / f"run{end}.csv").read_bytes() == (tmp_path / f"alone{end}.csv").read_bytes()
 
 
-def test_parts_with_other_columns_are_not_taken(seven, tmp_path, monkeypatch):
-    """What a stopped run of an older version left behind has other columns."""
+@pytest.mark.parametrize("other", ["columns", "numbers"])
+def test_parts_of_another_version_are_not_taken(seven, tmp_path, monkeypatch, other):
+    """What a stopped run of an older version left behind has other columns, or was measured in another way."""
+    part_of_frames = api.part_of_frames
+
+    def measure(*given):
+        part = part_of_frames(*given)
+        return part._replace(residues=2 * part.residues)
+
     with monkeypatch.context() as older:
-        older.setattr(api, "RESIDUE_COLUMNS", api.RESIDUE_COLUMNS[::-1])
+        if other == "columns":
+            older.setattr(api, "RESIDUE_COLUMNS", api.RESIDUE_COLUMNS[::-1])
+        else:
+            older.setattr(api, "part_of_frames", measure)
+            older.setattr("sparsurf.api.parts.__version__", "4.0.0")
         stop_before_writing(older, seven, tmp_path / "run.csv")
     sparsurf.frames(seven, path=tmp_path / "run.csv")
     found = pd.read_csv(tmp_path / "run.csv")

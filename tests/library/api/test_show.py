@@ -267,6 +267,7 @@ def test_the_page_of_a_file_of_few_dots_has_the_roughness_of_their_surface(
     assert mean_roughness(html) == pytest.approx(true.mean(), abs=0.02)
     assert header_of(html)["minimal"] == len(few) < header_of(html)["total"] / 5
     assert "reconstructed from them" in sentence(html) and "reconstructed from them" in caplog.text
+    assert f"reconstructed from the {len(few):,} dots alone" in Page(html).text
     row = next(row for row in Page(html).rows if row[0] == "roughness")
     assert float(row[2]) == pytest.approx(true.mean(), abs=0.02)
     caplog.clear()

@@ -334,6 +334,12 @@ def test_the_page_of_a_trajectory_has_the_areas_and_the_places_of_every_frame(fo
     assert f"The mean roughness of {most} changes most" in page.text
     rows = next(rows for rows in page.tables if rows[0][0] == "residue")[1:]
     assert rows[0][0] == most and rows[0][1] == f"{sd.max():.3f}"
+    listed = sd[0][np.argsort(header["numbers"][0]["orders"] * sd[0])]  # as the script of the page sorts them
+    assert (np.diff(listed) <= 0).all()
+    for row in rows:
+        of_residue = shown[0][:, labels_of(tables[0]).index(row[0])]
+        assert float(row[7]) == pytest.approx(of_residue.mean(), abs=0.6)
+        assert float(row[8]) == pytest.approx(of_residue.std(ddof=1), abs=0.2)
     by_area = sparsurf.show(
         folder / "top.pdb", trajectory=folder / "run.xtc", rank="area", rank_by="range", open_browser=False
     )
@@ -372,6 +378,7 @@ def test_the_slider_the_keys_and_the_curves_choose_a_frame(browser, frames_html,
         "document.querySelector('table button.residue').click(); return head.residues[view.chosen]"
     )
     assert label == Page(frames_html).find("button")[0].text
+    assert browser.run("return element('residues').firstElementChild.firstElementChild.textContent") == label
     assert (
         browser.run("return document.querySelectorAll('.over-time').length") == 3
     )  # of all, and two of the residue

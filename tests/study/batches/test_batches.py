@@ -156,6 +156,15 @@ def test_export_writes_the_files_of_one_structure(many, tmp_path, monkeypatch, c
     for folder in ("out", "new/folder"):  # one that is there, and one in another that is not
         assert export.main(str(many / "results/many"), "p03", folder) == 0
     assert Path("new/folder/minimal.csv").read_bytes() == Path("out/minimal.csv").read_bytes()
+    residues.loc[0, "mean_roughness"] = np.nan  # as of a buried residue, which is no rough one
+    stored = {"residues": residues.assign(protein="p03")}
+    monkeypatch.setattr(
+        "sparsurf_study.report.export.read_parquet",
+        lambda run, table, name: stored.get(table, tables.read_parquet(run, table, name)),
+    )
+    assert export.main(str(many / "results/many"), "p03", "out") == 0
+    molecule = sparsurf.read_molecule("out/structure_roughness.pdb")
+    assert ((molecule.b_factor == -1) == (molecule.residue_index == 0)).all()
 
 
 @pytest.mark.parametrize(

@@ -228,9 +228,11 @@ def test_the_presets_are_the_best_combinations_that_there_are():
 
 def test_a_large_surface_shows_as_many_dots_as_fit(order, prepared, monkeypatch):
     monkeypatch.setattr(viewer, "MAX_VIEWER_BYTES", 60_000)
-    text = page_of(prepared, order)
+    kept = order[[2, 70, 700]]
+    text = page_of(prepared, order, minimal=kept)
     header, columns = unpacked(text)
     assert len(text.encode()) <= 60_000 and header["total"] == 3000
+    assert columns["index"][columns["minimal"] == 1].tolist() == sorted(kept)
     assert 1000 < header["stored"] < 3000 and {*columns["index"]} == {*order[: header["stored"]]}
     monkeypatch.undo()
     apart = (

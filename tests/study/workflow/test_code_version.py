@@ -20,6 +20,7 @@ FILES = {
     "src/sparsurf/patches/other.csv": "1",
     "src/sparsurf/patches/other.py": "",
     "src/sparsurf/patches/icons/dot.svg": "",
+    "src/sparsurf/patches/icons/small/dot.svg": "",
     "src/sparsurf/views/__init__.py": "",
     "src/sparsurf/views/nested.py": (
         "class A:\n    def f(self):\n        if self:\n            pass\n"
@@ -85,6 +86,7 @@ def version():
         ("src/sparsurf/patches/__init__.py", True),
         ("src/sparsurf/patches/table.csv", True),
         ("src/sparsurf/patches/icons/dot.svg", True),
+        ("src/sparsurf/patches/icons/small/dot.svg", True),
         ("src/sparsurf/streams.py", True),
         ("src/sparsurf/settings.py", True),  # through an import of the workflow, which does not count itself
         ("src/sparsurf_study/analysis/grid.py", True),
