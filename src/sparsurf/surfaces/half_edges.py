@@ -183,7 +183,7 @@ def _unfold(points: np.ndarray, normals: np.ndarray, origin: np.ndarray, twin: n
     active = np.ones(len(points), np.bool_)  # vertices around which a fold may be
     least_gain = 1
     for sweep in range(MAX_SWEEPS):
-        near = np.zeros(len(points), np.bool_)
+        near, n_folded = np.zeros(len(points), np.bool_), 0
         for h in range(len(origin)):
             if dead[h // 3] or not active[origin[h]]:
                 continue
@@ -201,6 +201,7 @@ def _unfold(points: np.ndarray, normals: np.ndarray, origin: np.ndarray, twin: n
                         if e == h:
                             break
             if folded:
+                n_folded += 1
                 for w in corners:
                     near[w] = True
         active[:], changed = near, False
@@ -226,7 +227,7 @@ def _unfold(points: np.ndarray, normals: np.ndarray, origin: np.ndarray, twin: n
                 active[origin[twin[best]]] = True
                 remove_start(best, origin, twin, dead)
                 changed = True
-        if not changed and (least_gain == LEAST_GAIN or not near.any()):
+        if not changed and (least_gain == LEAST_GAIN or n_folded == 0):
             break
         least_gain = 1 if changed else least_gain - 1
     return dead
