@@ -153,7 +153,7 @@ def measured():
     from sparsurf.patches import descriptors
     from sparsurf.patches.index import build_index
     from sparsurf.patches.roughness import published as roughness_of
-    from sparsurf.recovery.recovering import interpolate_surface
+    from sparsurf.recovery.interpolated_surface import interpolate_surface
     from sparsurf.sampling.farthest_point import farthest_point_sampling
     from sparsurf.streams import Streams
     from sparsurf.surfaces.molecular_surface import molecular_surface

@@ -14,7 +14,7 @@ from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.evaluation.trials import TEST_DENSITY
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.recovery.errors import DENSITY_FOR_ERRORS
-from sparsurf.recovery.recovering import interpolate_surface
+from sparsurf.recovery.interpolated_surface import interpolate_surface
 from sparsurf.settings import Settings
 from sparsurf.streams import Streams
 from sparsurf.surfaces.molecular_surface import rolled_atoms

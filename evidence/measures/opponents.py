@@ -21,7 +21,7 @@ from measures.tables import read_tables, write_tables
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.patches.index import build_grid, build_index, select_separated
 from sparsurf.recovery.errors import DENSITY_FOR_ERRORS, TAIL_QUANTILE, distance_to_surface
-from sparsurf.recovery.recovering import MIN_DOT_SEPARATION, interpolate_surface
+from sparsurf.recovery.interpolated_surface import MIN_DOT_SEPARATION, interpolate_surface
 from sparsurf.sampling.samplers import get_sampler
 from sparsurf.settings import Settings
 from sparsurf.streams import Streams

@@ -13,8 +13,8 @@ from measures.spheres import ERRORS, errors_both_ways
 from measures.tables import write_tables
 from sparsurf.patches.index import build_grid
 from sparsurf.recovery.errors import DENSITY_FOR_ERRORS
+from sparsurf.recovery.interpolated_surface import interpolate_surface
 from sparsurf.recovery.reconstructing import DENSITY_FOR_SPHERES
-from sparsurf.recovery.recovering import interpolate_surface
 from sparsurf.recovery.spheres.rebuilding import rebuild
 from sparsurf.sampling.farthest_point import farthest_point_sampling
 from sparsurf.surfaces.molecular_surface import RolledFrame, rolled_atoms

@@ -1,4 +1,4 @@
-"""The true surface, the distance of dots from it, and means and pairs over proteins."""
+"""What measurements of reconstructed surfaces share: the true surface, distances from it, and means and pairs over proteins."""
 
 from collections.abc import Sequence
 from typing import NamedTuple

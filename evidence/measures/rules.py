@@ -1,4 +1,4 @@
-"""Rules of the authors' code that the paper's text lacks."""
+"""How d changes without single rules of the authors' code that the paper's text lacks."""
 
 from sparsurf_study.workflow.jobs import Job
 from measures import fragments, links

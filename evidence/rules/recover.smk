@@ -1,4 +1,4 @@
-# docs/few_dots.md: the quality of surfaces recovered from few dots, and other ways to store a surface in as many bytes.
+# docs/few_dots.md: the errors of surfaces reconstructed from few dots, and other ways to store a surface in as many bytes.
 
 
 rule measure_opponents:

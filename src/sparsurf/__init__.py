@@ -66,10 +66,10 @@ from sparsurf.version import __version__
 
 if TYPE_CHECKING:  # editors and type checkers see what `__getattr__` loads
     from sparsurf.api.areas import Areas, areas
-    from sparsurf.api.atoms import infer_atoms
     from sparsurf.api.depth import depth
     from sparsurf.api.fields import fields, residues
     from sparsurf.api.frames import frames
+    from sparsurf.api.infer_atoms import infer_atoms
     from sparsurf.api.minimal import floors, minimal, recover
     from sparsurf.api.patches import descriptors, roughness
     from sparsurf.api.points import points, points_of
@@ -109,7 +109,7 @@ FUNCTIONS = {
     "density_for": "recovery.law",
     "error_at": "recovery.law",
     "floors": "api.minimal",
-    "infer_atoms": "api.atoms",
+    "infer_atoms": "api.infer_atoms",
     "surface_atoms": "api.surface_atoms",
     "recover": "api.minimal",
     "fields": "api.fields",

@@ -63,7 +63,8 @@ def compile_surfaces() -> None:
     rebuild(dots.points, dots.normals)
     # dots that nothing explains, of which few dots of a small molecule have none: the places of half of the atoms are sought
     probes, model = dots.points + PROBE_RADIUS * dots.normals, model_of(dots.points, dots.normals)
-    completed(probes, dots.normals, *(of_atoms[::2].copy() for of_atoms in helix()), model)
+    centres, radii = helix()
+    completed(probes, dots.normals, centres[::2].copy(), radii[::2].copy(), model)
     curvature(build_index(points, normals))
     # the probe fits into the shell unless the atom at its centre is kept, or cavities are removed
     shell = np.concatenate([np.zeros((1, 3)), 2 * points]), np.full(BALL_DOTS + 1, 1.7)

@@ -44,7 +44,7 @@ class Shown:
             colours. The colours of roughness are those of all pages and figures, from 0.2 (rough) to 0.9 (flat); the colours of
             other values reach from the lowest to the highest.
         """
-        return functions("views").plot(self, values, ax, name)
+        return functions("plot").plot(self, values, ax, name)
 
     def show(self, values: ArrayLike | str | Path | None = None, *, path: str | Path | None = None) -> Any:
         """Show the result on an interactive page, in the browser if there is no notebook.

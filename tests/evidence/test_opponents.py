@@ -8,7 +8,7 @@ from measures import opponents, rebuilding
 from measures.recovery import truth
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.recovery.errors import DENSITY_FOR_ERRORS
-from sparsurf.recovery.recovering import interpolate_surface
+from sparsurf.recovery.interpolated_surface import interpolate_surface
 from sparsurf.sampling.samplers import farthest
 from sparsurf.streams import Streams
 from sparsurf.surfaces.mesh import molecular_mesh

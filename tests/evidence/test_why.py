@@ -10,7 +10,7 @@ import naive
 from measures import centres, clumps, curve, denser, full_weight, holes, law, null_result
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.recovery.errors import DENSITY_FOR_ERRORS, distance_to_surface
-from sparsurf.recovery.recovering import interpolate_surface
+from sparsurf.recovery.interpolated_surface import interpolate_surface
 from sparsurf.sampling.combination import PUBLISHED_ROWS
 from sparsurf.sampling.farthest_point import farthest_after, farthest_point_sampling
 from sparsurf.sampling.samplers import farthest

@@ -35,7 +35,7 @@ from sparsurf.cli.command import main
 from sparsurf.dot_fields.charges import pqr_charges
 from sparsurf.dot_fields.columns import column_of_atoms
 from sparsurf.errors import InputError, naming_file
-from sparsurf.molecules import geometry
+from sparsurf.molecules import plausibility
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.molecules.trajectory import check_dcd
 from sparsurf.surfaces.molecular_surface import molecular_surface
@@ -738,7 +738,7 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
     "hydrogens all called H, one of them twice.pdb": (
         end(HEAVY, every(HYDROGENS, name=" H"), every(HYDROGENS[:1], name=" H")), {},
         f"1 {len(ALL) + 1} 14 ~ 1 atom is repeated in its residue"),
-    # geometry
+    # plausibility of coordinates
     "a part far away.pdb": (peptide(["ALA"] * 9) + peptide(chain="B", origin=(0, 600, 0)), {}, r"! of ALA 1 B lies 58\d Å"),
     "residues in another order.pdb": (reordered(20, np.random.default_rng(5).permutation(20)), {}, "! only .* of the bonds"),
     "residues in another order, five bonds lost.pdb": (
@@ -1005,7 +1005,7 @@ def test_labels_of_copies_are_known_apart(tmp_path):
     assert len(read_molecule(path).residues.drop_duplicates()) == 28
 
 
-# ---- geometry: planted in six frames of the example
+# ---- plausibility of coordinates: planted in six frames of the example
 
 
 @pytest.fixture(scope="module")
@@ -1174,15 +1174,15 @@ GEOMETRY = {
 
 
 @pytest.mark.parametrize("name", GEOMETRY)
-def test_geometry(example, monkeypatch, caplog, name):
-    monkeypatch.setattr(geometry, "FRAMES_AT_ONCE", 2)
+def test_plausibility(example, monkeypatch, caplog, name):
+    monkeypatch.setattr(plausibility, "FRAMES_AT_ONCE", 2)
     change, expected = GEOMETRY[name]
 
     def measure():
         molecule = change(example)
         with naming_file("run.xtc"):
-            geometry.refuse_invalid_coordinates(molecule.xyz, molecule.frame_number)
-            geometry.refuse_impossible(molecule, unit="nm")
+            plausibility.refuse_invalid_coordinates(molecule.xyz, molecule.frame_number)
+            plausibility.refuse_impossible(molecule, unit="nm")
         return ()
 
     judge(expected, measure, caplog, "run.xtc")

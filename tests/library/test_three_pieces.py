@@ -1,4 +1,4 @@
-"""A molecule of three chains far apart: what holds for two may take the second for the last."""
+"""Chains, parts and patches of a molecule of three chains far apart: with two, the second would also be the last."""
 
 import numpy as np
 import pytest

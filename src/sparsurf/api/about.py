@@ -1,4 +1,4 @@
-"""What a page or a picture says besides its dots, and what the library says while it reads a molecule."""
+"""What a page or a picture says besides its dots: names, files, notes, and what was left out when the molecule was read."""
 
 from __future__ import annotations
 

@@ -30,8 +30,8 @@ from sparsurf.evaluation.floors import floors_table, fresh_dots
 from sparsurf.evaluation.minimal_subset import Representation, Subset, represent
 from sparsurf.evaluation.prepared_surface import number_of_tests
 from sparsurf.patches.index import D_LINK
+from sparsurf.recovery.interpolated_surface import NEWTON_STEPS, REACH
 from sparsurf.recovery.reconstructing import AUTO, reconstruct, surface_with_fields
-from sparsurf.recovery.recovering import NEWTON_STEPS, REACH
 from sparsurf.sampling.samplers import SamplerLike, get_samplers
 from sparsurf.settings import Minimal, PatchesSettings, Settings
 from sparsurf.streams import DEFAULT_SEED, Streams

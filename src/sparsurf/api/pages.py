@@ -1,4 +1,4 @@
-"""Pages and pictures of surfaces and of their residues, for `show` and for the suffixes .html and .png."""
+"""Collect what the pages and pictures of surfaces and residues say, for `show` and for the suffixes .html and .png."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Show a molecule or a surface: an interactive page of its surface, roughness, fields and residues."""
+"""Show a molecule or a surface: make its interactive page, and open it in the browser or a notebook."""
 
 from __future__ import annotations
 
@@ -17,9 +17,7 @@ from sparsurf.api.fields import labelled
 from sparsurf.api.frame_pages import page_of_frames, ranked_frames
 from sparsurf.api.inputs import SurfaceLike, as_molecule, has_atoms, is_subset, opened_source
 from sparsurf.api.pages import page_of_surface
-from sparsurf.api.replacing import refuse_replacing
-from sparsurf.api.surfaces import as_surface, surface
-from sparsurf.api.views import (
+from sparsurf.api.plot import (
     View,
     in_notebook,
     picture_html,
@@ -27,6 +25,8 @@ from sparsurf.api.views import (
     temporary_page,
     values_of_dots,
 )
+from sparsurf.api.replacing import refuse_replacing
+from sparsurf.api.surfaces import as_surface, surface
 from sparsurf.api.whole import placed_again
 from sparsurf.api.writing import PAGE_ENDINGS, parse_output, write_page
 from sparsurf.arguments import Ranking, check_flag

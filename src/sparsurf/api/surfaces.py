@@ -364,9 +364,9 @@ def _reconstructed_mesh(
     few: Surface, size: MeshSize, model: Model, reach: float | None
 ) -> tuple[Mesh, Surface]:
     """Return the mesh reconstructed from few dots, without atoms and fields, and the dense dots between which it lies."""
+    from sparsurf.recovery.interpolated_surface import NEWTON_STEPS, REACH
     from sparsurf.recovery.mesh import mesh_of_dense
     from sparsurf.recovery.reconstructing import reconstruct
-    from sparsurf.recovery.recovering import NEWTON_STEPS, REACH
     from sparsurf.surfaces.mesh import GRID_STEP
 
     # the dense dots are as fine as the vertices, which lie on planes through these dots

@@ -19,8 +19,8 @@ from sparsurf.cli import options, outputs
 from sparsurf.cli.descriptors import descriptor_table
 from sparsurf.errors import InputError
 from sparsurf.patches.index import D_LINK, R_ZERNIKE, build_index
+from sparsurf.recovery.interpolated_surface import REACH
 from sparsurf.recovery.reconstructing import AUTO
-from sparsurf.recovery.recovering import REACH
 from sparsurf.surfaces.read_surface import read_points, read_surface
 from sparsurf.surfaces.spacing import DENSITY, refuse_sparse
 from sparsurf.surfaces.surface import Surface

@@ -14,7 +14,7 @@ from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.evaluation.statistics import estimate
 from sparsurf.patches import descriptors
 from sparsurf.patches.index import build_index
-from sparsurf.recovery.recovering import interpolate_surface
+from sparsurf.recovery.interpolated_surface import interpolate_surface
 from sparsurf.surfaces.surface import Surface
 
 SETS_OF_FRESH_DOTS = 10  # sets of fresh dots

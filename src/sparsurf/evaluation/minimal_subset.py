@@ -23,6 +23,7 @@ from sparsurf.molecules.molecule import Molecule
 from sparsurf.patches.index import build_grid, build_index
 from sparsurf.recovery.errors import TAIL_QUANTILE, curvature, error_table
 from sparsurf.recovery.fields import recovery_table
+from sparsurf.recovery.interpolated_surface import REACH, dot_spacing
 from sparsurf.recovery.reconstructing import (
     AUTO,
     INTERPOLANT,
@@ -30,7 +31,6 @@ from sparsurf.recovery.reconstructing import (
     Reconstructed,
     reconstruct,
 )
-from sparsurf.recovery.recovering import REACH, dot_spacing
 from sparsurf.recovery.spheres.votes import MIN_DOTS
 from sparsurf.sampling.combination import PUBLISHED_CHOICES, Choices
 from sparsurf.sampling.samplers import farthest, subset_areas, subset_weights

@@ -1,4 +1,4 @@
-"""What functions of atoms need to know of a molecule, so that a `Molecule` can call them."""
+"""The labels of atoms as a protocol: functions of them take it in place of `Molecule`, which imports these functions."""
 
 from __future__ import annotations
 

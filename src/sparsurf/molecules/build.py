@@ -30,9 +30,9 @@ from sparsurf.molecules.atom_table import (
     unite_names,
 )
 from sparsurf.molecules.conformations import superpose
-from sparsurf.molecules.geometry import refuse_invalid_coordinates
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.pdb import identifiers
+from sparsurf.molecules.plausibility import refuse_invalid_coordinates
 from sparsurf.molecules.residues import (
     count_heavy_atoms,
     element_of,

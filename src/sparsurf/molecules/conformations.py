@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sparsurf.errors import InputError
-from sparsurf.molecules.geometry import FRAMES_AT_ONCE, parts_of
+from sparsurf.molecules.plausibility import FRAMES_AT_ONCE, parts_of
 from sparsurf.orientation import EQUAL, MIN_DISTANCE_FROM_LINE, best_rotations, canonical_axes
 
 if TYPE_CHECKING:

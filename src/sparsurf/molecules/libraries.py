@@ -13,9 +13,9 @@ import numpy as np
 from sparsurf.errors import FILE, InputError, naming_file
 from sparsurf.molecules.atom_table import ATOM_COLUMNS, AtomFile, AtomTable, atom_table, box_vectors
 from sparsurf.molecules.build import molecule_of_frames, molecule_of_models
-from sparsurf.molecules.geometry import refuse_impossible
 from sparsurf.molecules.mdtraj_process import atom_rows, lattice, table_of_rows
 from sparsurf.molecules.molecule import Molecule
+from sparsurf.molecules.plausibility import refuse_impossible
 from sparsurf.molecules.selection import SelectionKeys
 from sparsurf.molecules.text_frames import ANGSTROM_PER_NM
 from sparsurf.molecules.trajectory import TrajectoryFrames

@@ -19,13 +19,13 @@ from sparsurf.molecules.atom_table import AtomFile
 from sparsurf.molecules.build import molecule_of_models, molecule_of_trajectory
 from sparsurf.molecules.card import read_card
 from sparsurf.molecules.formats import MOLECULE_FORMATS
-from sparsurf.molecules.geometry import refuse_impossible
 from sparsurf.molecules.gro import read_gro
 from sparsurf.molecules.mdtraj_process import load_atoms, table_of_rows
 from sparsurf.molecules.mmcif import read_mmcif
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.parm7 import read_parm7
 from sparsurf.molecules.pdb import read_pdb
+from sparsurf.molecules.plausibility import refuse_impossible
 from sparsurf.molecules.plddt import doubtful_residues
 from sparsurf.molecules.psf import read_psf
 from sparsurf.molecules.selection import POLYMERS, SelectionKeys

@@ -19,8 +19,8 @@ import numpy as np
 from sparsurf.errors import FILE, InputError
 from sparsurf.files import StrPath, existing_file, pluralise
 from sparsurf.messages import no_warnings
-from sparsurf.molecules.geometry import refuse_invalid_coordinates
 from sparsurf.molecules.mdtraj_process import EVERY_FRAME, FrameSelection, iterate_frames
+from sparsurf.molecules.plausibility import refuse_invalid_coordinates
 from sparsurf.molecules.source import Source
 from sparsurf.molecules.text_frames import ANGSTROM_PER_NM, TextFrame, frames_of_text
 

@@ -7,7 +7,7 @@ import pandas as pd
 
 from sparsurf.kernels import njit
 from sparsurf.patches.index import R_ZERNIKE, PatchIndex, ball, ball_bound, build_grid, cells_within
-from sparsurf.recovery.recovering import CELL, interpolate_surface
+from sparsurf.recovery.interpolated_surface import CELL, interpolate_surface
 from sparsurf.surfaces.exact_distance import exact_distance
 from sparsurf.surfaces.molecular_surface import RolledFrame
 from sparsurf.surfaces.spacing import DENSITY

@@ -7,7 +7,7 @@ from scipy import ndimage
 from scipy.spatial import cKDTree
 
 from sparsurf.errors import InputError
-from sparsurf.recovery.recovering import NEWTON_STEPS, REACH, interpolate_surface
+from sparsurf.recovery.interpolated_surface import NEWTON_STEPS, REACH, interpolate_surface
 from sparsurf.surfaces.mesh import GRID_STEP, Mesh, build_mesh, grid_around, marching_tetrahedra
 from sparsurf.surfaces.spacing import DENSITY
 

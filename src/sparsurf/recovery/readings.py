@@ -34,7 +34,7 @@ def recovered_index(
     """Index the surface reconstructed from kept dots at the density of the full surface; `close` is in spacings of that."""
     # here: pages need the names of the readings, but no kernel
     from sparsurf.patches.index import build_index
-    from sparsurf.recovery.recovering import interpolate_surface
+    from sparsurf.recovery.interpolated_surface import interpolate_surface
 
     density = comparable_density(density, d_link)
     return build_index(

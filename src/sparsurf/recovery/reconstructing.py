@@ -1,4 +1,4 @@
-"""Reconstruct a surface from few dots by the model that is asked for, and measure its distance from other dots."""
+"""Reconstruct a surface from few dots by spheres or the interpolant, as asked for, and measure its distance from other dots."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from sparsurf.errors import InputError
 from sparsurf.files import pluralise
 from sparsurf.recovery.errors import DENSITY_FOR_ERRORS, distance_to_surface
 from sparsurf.recovery.fields import interpolate_fields
-from sparsurf.recovery.recovering import MIN_INTERPOLATED, NEWTON_STEPS, REACH, interpolate_surface
+from sparsurf.recovery.interpolated_surface import MIN_INTERPOLATED, NEWTON_STEPS, REACH, interpolate_surface
 from sparsurf.recovery.spheres.rebuilding import Rebuilt, rebuild_at
 from sparsurf.recovery.spheres.votes import MIN_DOTS
 from sparsurf.surfaces.components import fields_without_component
@@ -41,7 +41,7 @@ def reconstruct(
     """Reconstruct the surface of few dots, with the dots first.
 
     The model 'auto' is the one that the dots say, or else the spheres where the dots lie on them. Other arguments are those of
-    `recovering.interpolate_surface`.
+    `interpolate_surface`.
     """
     return reconstruct_at(few, (density,), model, reach, steps, threads)[0]
 

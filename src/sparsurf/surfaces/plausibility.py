@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from sparsurf.errors import FILE, InputError
-from sparsurf.molecules.geometry import MAX_MOLECULE_GAP, widest_gap
+from sparsurf.molecules.plausibility import MAX_MOLECULE_GAP, widest_gap
 
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree

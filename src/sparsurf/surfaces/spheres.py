@@ -1,4 +1,4 @@
-"""Spheres from files that hold radii, or elements of a small molecule: .xyzr, .xyzrn, .pqr, .sdf, .mol and .mol2."""
+"""Read and write files of spheres: with radii (.xyzr, .xyzrn, .pqr), or of a small molecule with elements (.sdf, .mol, .mol2)."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from sparsurf.errors import FILE, InputError, naming_file
 from sparsurf.files import ends_within_a_row, pluralise, read_text, shorten
 from sparsurf.molecules.atoms import AtomsLike
 from sparsurf.molecules.formats import suffix
-from sparsurf.molecules.geometry import MIN_ATOMS_TO_JUDGE, refuse_crowded
+from sparsurf.molecules.plausibility import MIN_ATOMS_TO_JUDGE, refuse_crowded
 from sparsurf.molecules.pqr import read_pqr
 from sparsurf.molecules.residues import element_of, element_of_symbol
 from sparsurf.surfaces.radii import radii_of_elements

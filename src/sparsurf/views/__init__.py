@@ -1,1 +1,1 @@
-"""Pictures and pages of one surface."""
+"""Pictures and pages of one surface, or of one molecule in many frames."""

@@ -20,7 +20,7 @@ from sparsurf.patches.descriptors import PATCHES_PER_CALL, describe_fields_of_pa
 from sparsurf.patches.index import D_LINK, build_grid
 from sparsurf.patches.readings import linked_by_spacing
 from sparsurf.patches.zernike.polynomials import indices
-from sparsurf.recovery.recovering import dot_spacing
+from sparsurf.recovery.interpolated_surface import dot_spacing
 from sparsurf.sampling.farthest_point import farthest_point_sampling
 from sparsurf.surfaces.surface import Surface
 

@@ -15,7 +15,7 @@ from sparsurf.evaluation.floors import floors_table, fresh_dots, random_rotation
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.patches.descriptors import describe_patches
 from sparsurf.patches.index import build_index
-from sparsurf.recovery.recovering import interpolate_surface
+from sparsurf.recovery.interpolated_surface import interpolate_surface
 from sparsurf.sampling.samplers import farthest
 from sparsurf.settings import Settings
 from sparsurf.streams import Streams

@@ -16,7 +16,7 @@ from sparsurf.patches.index import build_index
 from sparsurf.patches.roughness import roughness_of_patches
 from sparsurf.recovery.errors import curvature, distance_to_recovered
 from sparsurf.recovery.fields import recovery_table
-from sparsurf.recovery.recovering import dot_spacing, interpolate_surface
+from sparsurf.recovery.interpolated_surface import dot_spacing, interpolate_surface
 from sparsurf.sampling.combination import Choices
 from sparsurf.sampling.farthest_point import farthest_point_sampling
 from sparsurf.settings import Settings

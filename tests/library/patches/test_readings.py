@@ -1,4 +1,4 @@
-"""A reading is one entry: what it needs to take part."""
+"""Readings: the link that follows from the spacing of the kept dots, and the order and the properties of all readings."""
 
 import numpy as np
 

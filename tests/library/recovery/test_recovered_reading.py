@@ -12,9 +12,9 @@ from sparsurf.evaluation.statistics import estimate
 from sparsurf.patches import descriptors
 from sparsurf.patches.index import build_index
 from sparsurf.recovery import readings
+from sparsurf.recovery.interpolated_surface import interpolate_surface
 from sparsurf.recovery.readings import comparable_density
 from sparsurf.recovery.reconstructing import reconstruct_twice
-from sparsurf.recovery.recovering import interpolate_surface
 from sparsurf.sampling import published
 from sparsurf.sampling.samplers import farthest
 from sparsurf.settings import Settings

@@ -11,7 +11,7 @@ from conftest import ROOT, ball
 from sparsurf.errors import InputError
 from sparsurf.patches.index import build_grid
 from sparsurf.recovery.errors import distance_to_surface
-from sparsurf.recovery.recovering import interpolate_surface
+from sparsurf.recovery.interpolated_surface import interpolate_surface
 from sparsurf.recovery.spheres.atoms import infer
 from sparsurf.recovery.spheres.explanations import (
     BY_CONTACT,

@@ -18,7 +18,7 @@ from sparsurf.patches.descriptors import describe_fields_of_patches, describe_pa
 from sparsurf.patches.index import build_grid
 from sparsurf.patches.readings import linked_by_spacing
 from sparsurf.patches.zernike.polynomials import indices
-from sparsurf.recovery.recovering import dot_spacing
+from sparsurf.recovery.interpolated_surface import dot_spacing
 from sparsurf.sampling.farthest_point import farthest_point_sampling
 from sparsurf.settings import Settings
 from sparsurf.surfaces.formats.npz import write_npz

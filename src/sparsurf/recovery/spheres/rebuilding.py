@@ -1,4 +1,4 @@
-"""Reconstruct a surface from few dots by the atoms that follow from them, where these dots say so; elsewhere it is interpolated.
+"""Reconstruct a surface from few dots by the atoms that follow from them, and interpolate it where no atom explains them.
 
 A probe rolls over the inferred atoms where the probe centres of the dots lie. Dots that no atom explains and places inside keep
 it out. Around these, between dots that were not chosen for this, points of the interpolant take the place of the rolled surface,
@@ -15,7 +15,7 @@ import numpy as np
 
 from sparsurf.kernels import njit
 from sparsurf.patches.index import PatchIndex, ball, build_grid, cells_within, select_separated
-from sparsurf.recovery.recovering import MIN_INTERPOLATED, NEWTON_STEPS, REACH, interpolate_surface
+from sparsurf.recovery.interpolated_surface import MIN_INTERPOLATED, NEWTON_STEPS, REACH, interpolate_surface
 from sparsurf.recovery.spheres.atoms import Atoms, infer
 from sparsurf.recovery.spheres.explanations import UNEXPLAINED, completed, explain, touched_atoms
 from sparsurf.recovery.spheres.inside import Inside
@@ -110,7 +110,7 @@ def rebuild(
 ) -> Rebuilt:
     """Reconstruct the surface of dots (n, 3), with their spheres where these hold and the interpolant elsewhere.
 
-    Other arguments are those of `recovering.interpolate_surface`, the probe radius (Å) and the radii where they are known, and
+    Other arguments are those of `interpolate_surface`, the probe radius (Å) and the radii where they are known, and
     whether the dots were chosen so that the atoms follow from them, which their distances tell otherwise.
     """
     return rebuild_at(points, normals, (density,), reach, steps, threads, probe_radius, radii, chosen)[0]

@@ -1,1 +1,1 @@
-"""A page on one surface: the viewer, its roughness, its residues, and what was left out of the molecule."""
+"""The page of `show`: the explorer, or the viewer for dots alone, with the residues and what was left out of the molecule."""

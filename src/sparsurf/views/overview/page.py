@@ -1,4 +1,4 @@
-"""Render the page on a surface: the template holds the sentences, and these functions supply the numbers."""
+"""Render the page of one surface: the template holds the sentences, and these functions supply the numbers."""
 
 from __future__ import annotations
 

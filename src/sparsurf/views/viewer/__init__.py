@@ -1,1 +1,1 @@
-"""A surface as one page of HTML that needs no network: to turn, to sample, to pick dots from."""
+"""The page of the dots of one surface: to turn, to sample, to pick dots from. It needs no network."""

@@ -1,4 +1,4 @@
-"""A surface as a picture and as a page to turn."""
+"""A result as a picture, and what a notebook displays of it."""
 
 import base64
 import json

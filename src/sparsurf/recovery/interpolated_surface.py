@@ -1,4 +1,4 @@
-"""Recover a dense surface from few dots with normals.
+"""Place the dense dots of the surface that is interpolated between few dots with normals.
 
 Around each kept dot, points are placed on the part of its tangent plane that is nearer to it than to other dots. They move
 onto the surface that `interpolants` fits to the dot and its neighbours, and are thinned where they overlap.
@@ -41,7 +41,7 @@ def interpolate_surface(
     keep: bool = True,
     close: float = 0.0,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Recover a dense surface from dots and normals, (n, 3) each, at `density` dots per Å^2: kept dots first, then the others.
+    """Interpolate a dense surface between dots and normals, (n, 3) each, at `density` dots per Å^2: kept dots come first.
 
     The surface extends from a kept dot by `reach` times the spacing of the dots around it. Dots closer than `close` Å use fewer
     neighbours, and points that thinning would remove are not placed, in two thirds of the time. Without `keep`, the result is

@@ -1,4 +1,4 @@
-"""A dense surface from few dots: spheres, a torus, invariances, a naive solution of the same system."""
+"""The surface interpolated between few dots: spheres, a torus, invariances, a naive solution of the same system."""
 
 import itertools
 
@@ -9,14 +9,14 @@ from scipy.spatial import cKDTree
 from conftest import ball
 from sparsurf.patches.index import build_grid
 from sparsurf.recovery.interpolants import SUPPORT, fit_interpolants, interpolant_value
-from sparsurf.recovery.neighbours import nearest_on_same_side
-from sparsurf.recovery.recovering import (
+from sparsurf.recovery.interpolated_surface import (
     NEWTON_STEPS,
     _place_discs,
     _project,
     dot_spacing,
     interpolate_surface,
 )
+from sparsurf.recovery.neighbours import nearest_on_same_side
 from sparsurf.surfaces.molecular_surface import molecular_surface
 
 

@@ -1,8 +1,8 @@
-"""Usual lengths of molecules, and how far from them coordinates may be."""
+"""What the checks of coordinates measure: usual lengths against real structures, the widest gap, frames in parts."""
 
 import numpy as np
 
-from sparsurf.molecules.geometry import USUAL_DISTANCES, USUAL_LENGTHS, parts_of, widest_gap
+from sparsurf.molecules.plausibility import USUAL_DISTANCES, USUAL_LENGTHS, parts_of, widest_gap
 from sparsurf.molecules.read_molecule import read_molecule
 
 

@@ -1,4 +1,4 @@
-"""The atoms that follow from the dots of a surface."""
+"""Infer the atoms under a surface from its dots alone."""
 
 from __future__ import annotations
 

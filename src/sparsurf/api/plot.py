@@ -1,4 +1,4 @@
-"""Show a surface: as a picture like those of the reports, and as an interactive page in a notebook or the browser."""
+"""Draw a result as a picture like those of the reports, and display it in a notebook."""
 
 from __future__ import annotations
 
