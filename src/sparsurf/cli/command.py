@@ -6,6 +6,7 @@ Each command is a module of its own, loaded only when it is called, so that a sm
 from __future__ import annotations
 
 import argparse
+import errno
 import logging
 import os
 import re
@@ -247,7 +248,9 @@ def _warnings_to_stderr() -> AbstractContextManager[None]:
 def _sentence(error: InputError | OSError, options: Parser | None) -> str:
     """Return the message of an error, with the options of the command where it names arguments."""
     if isinstance(error, OSError):
-        return printable(f"{error.filename or 'the output'}: {error.strerror}.")
+        is_full = error.errno in (errno.ENOSPC, errno.EDQUOT)
+        advice = " Free space on this disk, or name an output on another one." if is_full else ""
+        return printable(f"{error.filename or 'the output'}: {error.strerror}.{advice}")
     python_only = []
 
     def option(argument: str) -> str:
