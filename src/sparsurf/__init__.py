@@ -9,7 +9,7 @@ From a molecule to a subset of its surface and its worth, arrays in and arrays o
     sparsurf.compare(dots, kept)                   # Z and d, next to a random subset
     sparsurf.fields(dots)                          # hydropathy and potential at every dot
     sparsurf.areas("protein.pdb").residues         # accessible, excluded and buried areas, exactly
-    few = sparsurf.surface_atoms("protein.pdb")    # the fewest atoms that determine the surface exactly
+    few = sparsurf.surface_atoms("protein.pdb")    # the atoms that determine the surface exactly
     few = sparsurf.minimal(dots)                   # few dots for a mean error of 0.02 Å
     sparsurf.recover(few)                          # the dense surface from them alone; sparsurf.mesh(few) its triangles
 

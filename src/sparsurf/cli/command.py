@@ -37,7 +37,7 @@ COMMANDS = {
     "frames": "area, roughness and fields of every residue in every frame of a trajectory",
     "points": "a few points with normals of a structure, or of every structure of a folder",
     "minimal": "keep few dots that represent a surface",
-    "atoms": "the fewest atoms that determine the surface of a molecule exactly",
+    "atoms": "the atoms that determine the surface of a molecule exactly",
     "recover": "reconstruct a dense surface from a few dots with normals",
     "descriptors": "2D Zernike descriptors of patches",
 }
