@@ -1,4 +1,4 @@
-"""Surfaces of several proteins, the paper's own with its hydrogens and dots as published, prepared one after the other."""
+"""Tables over many proteins, whose surfaces are prepared one after the other: A1 with its hydrogens and dots as published."""
 
 from collections.abc import Callable, Iterator
 from typing import Any

@@ -612,7 +612,8 @@ def test_nothing_is_written_over_what_is_read(tmp_path, monkeypatch, capsys, wor
 @pytest.mark.parametrize(
     ("error", "code", "told"),
     [(KeyboardInterrupt(), 130, "interrupted"), (MemoryError(), 1, "there is not enough memory"), (OSError(2,
-     "No such file", "a.pdb"), 1, "a.pdb: No such file"), (OSError(28, "No space left"), 1, "the output: No space left. Free space")],
+     "No such file", "a.pdb"), 1, "a.pdb: No such file"),
+     (OSError(28, "No space left"), 1, "the output: No space left. Free space")],
 )  # fmt: skip
 def test_an_end_before_the_end_has_its_code_and_its_sentence(monkeypatch, capsys, error, code, told):
     def work(_):
