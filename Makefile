@@ -5,7 +5,7 @@
 # make check   follow the records of a run from its inputs to its page, name the first link that differs, and the files that do
 # make test    set up, run every check and test
 # make test-fast  the tests without those that run whole studies, Slurm, a browser, a package or a recipe: after each edit
-# make bench   measure speed and memory, each as a ratio to the commit BASE (none with BASE=) and to other programs
+# make bench   measure speed and memory, each as a ratio to the commit BASE (none with BASE=) and to other programs, and how they grow
 # make evidence  compute the tables and figures of docs/ that are missing or older than their inputs (evidence/README.md). QUICK=1 runs
 #              all rules on small pieces, -n only lists the jobs, EVIDENCE_DATA=folder reads structures from a folder, and RULES=name
 #              runs one rule and those that it depends on

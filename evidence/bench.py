@@ -1,19 +1,21 @@
-"""Measure speed and memory: `python evidence/bench.py [--quick] [--base COMMIT] [--reference module:function] [--out FILE]`.
+"""Measure speed, memory and growth: `python evidence/bench.py [--quick] [--base COMMIT] [--out FILE]`.
 
 Figures are medians over several runs: CPU seconds on one core with BLAS at one thread, and wall time. They are measured on
-A1 of the paper (20045 dots; without its file, on the embedded structure) and on A1 repeated on a lattice. Peak memory,
-start-up, a ribosome and the default study are measured in processes of their own. `at most` is what the project
-promises on a machine of 2 cores. With a base, a commit or the folder of another checkout, its bench measures the same figures
-in the same hour, this one runs its commands and its default study, and each figure is printed as a ratio to it. Other programs
-are measured where they are installed.
+A1 of the paper (20045 dots; without its file, on the embedded structure) and on A1 repeated on a lattice. Peak memory, large
+molecules, commands and the default study are measured in processes of their own. `at_most` is what the project promises on a
+machine of 2 cores. With a base, a commit or the folder of another checkout, its bench measures the same figures in the same
+hour, this one runs its commands and its default study, and each figure is printed as a ratio to it. Other programs are
+measured where they are installed. Beside FILE, for the bench of another checkout, it writes bench.csv and growth.csv: how
+time, memory and files grow with the atoms of a molecule, the structures of a study and the frames of a trajectory.
 """
 
 import argparse
 import importlib
 import json
-import math
 import os
+import resource
 import shutil
+import statistics
 import subprocess
 import sys
 import tempfile
@@ -25,12 +27,14 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+import mdtraj
 import numpy as np
+import pandas as pd
 import yaml
 from threadpoolctl import threadpool_limits
 
+from measures.memory import peak_memory
 from measures.points import msms_program
-from measures.timing import Table, machine, peak_memory, timed
 from sparsurf.api.points import points
 from sparsurf.api.surfaces import mesh
 from sparsurf.api.surfaces import surface as placed_surface
@@ -38,8 +42,7 @@ from sparsurf.errors import InputError
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.patches import descriptors
-from sparsurf.patches.index import R_ZERNIKE, build_index
-from sparsurf.patches.islands import patch
+from sparsurf.patches.index import build_index
 from sparsurf.patches.readings import GRID_READINGS
 from sparsurf.patches.roughness import roughness_of_patches
 from sparsurf.patches.zernike import published
@@ -48,7 +51,7 @@ from sparsurf.sampling import published as published_sampling
 from sparsurf.sampling.farthest_point import farthest_point_sampling
 from sparsurf.streams import Streams
 from sparsurf.surfaces.molecular_surface import density_for_d_link, molecular_surface
-from sparsurf.surfaces.radii import PROBE_RADIUS, radii
+from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.read_surface import read_surface
 from sparsurf.surfaces.surface import DENSITY, Surface
 from sparsurf.threads import available_cores
@@ -62,48 +65,100 @@ ROOT = Path(__file__).resolve().parents[1]
 SHARED = Path(os.environ.get("SPARSURF_SHARED", ROOT.parent / "shared"))
 A1_DOTS = SHARED / "data" / "tdp43" / "A1.dms.gz"
 RIBOSOME = SHARED / "data" / "structures" / "6zu5_ribosome.cif.gz"
-EMBEDDED = ROOT / "data" / "tdp43" / "topology.pdb"
+EMBEDDED = ROOT / "data" / "tdp43" / "topology.pdb"  # 953 atoms
 TRAJECTORY = EMBEDDED.with_name("trajectory.xtc")
-HIGH_DENSITY, N_POINTS = 25, 1024
-MAX_SECONDS_PER_FRAME = 0.25  # s, one frame of an ensemble of 953 atoms
+GAP = 10.0  # Å between the copies on the lattice, so that no patch contains dots of two
 COPIES = (1, 10, 50)  # of A1: 20 thousand, 200 thousand and a million dots
-DESCRIPTOR_LIMITS = {0.05: 8, 0.2: 15, 0.5: 15, 1.0: 15}  # kept dots: µs that a descriptor may take
-MAX_MICROSECONDS_ROBUST = 60  # µs that a rotation-robust descriptor may take
-SMALL_GRID = ([0.4, 0.8, 1.0], [0.0, 0.4], [0, 4, 8], [0, 6])  # a grid of 36 combinations
+FARTHEST = ((1, 1024), (10, 1024), (32, 512), (10, 22_335))  # copies of A1, number of farthest dots
+QUICK_RESIDUES = "209-214"  # residues of the quick surface
+N_POINTS = 1024
+SMALL_GRID, LAST_STEP = ([0.4, 0.8, 1.0], [0.0, 0.4], [0, 4, 8], [0, 6]), "grid of 36, 400 test dots"
 FULL_GRID = ([0.1, 0.2, 0.4, 0.6, 0.8, 1.0], [0.0, 0.2, 0.4, 0.6, 0.8, 1.0], range(0, 11, 2), range(0, 11, 2))
 BEST_COMBINATION = np.array([[1.0, 0.0, 6.0, 0.0]])  # the paper's best combination
-GRID_LIMITS = {100: 4, 1000: 25}  # test dots of the full grid: CPU seconds that it may take
-QUICK_RESIDUES = "209-214"  # residues of the quick surface
-GAP = 10.0  # Å between the copies on the lattice, so that no patch contains dots of two
-REFERENCE_PATCHES = 5
 COMMANDS = (
     "surface {} -o dots.npz",
     "points {} -n 512 -o points.npz",
     "roughness {} -o roughness.npz",
     "minimal {} --percent 10 -o minimal.npz",
-    "show {} --no-open -o page.html",
+    "show {} -o page.html --no-open",
 )
-# Copies of the embedded structure of 953 atoms whose cost an atom is compared: 4,000, 60,000 and 320,000 atoms
-GROWTH, MAX_GROWTH = (4, 63, 336), 1.1
-MAX_POINTS_PER_SURFACE = 1.8  # time of `points` over that of its surface
+TIMED_COPIES = (1, 4, 63, 336)  # of the embedded structure: 953, 4,000, 60,000 and 320,000 atoms
 SIZES_OF_DENSITY = (("209-247", 1), (None, 4), (None, 16))  # residues and copies: 600, 4,000 and 15,000 atoms
-MAX_DEFAULT_DENSITY = 1.2  # time of dots of the default density over that of the same density by hand
-FARTHEST = ((1, 1024), (10, 1024), (32, 512), (10, 22_335))  # copies of A1, number of farthest dots
-# By the number of dots of each partner, the CPU seconds that comparing them may take
-PAIR_LIMITS = {720: None, 14_400: 8, 50_000: 120}
+# What grows: molecules by residues and copies, structures of a study, frames of a trajectory
+MOLECULES = (("209-240", 1), (None, 1), (None, 4), (None, 16), (None, 64))  # 500 to 61,000 atoms
+STRUCTURES, FRAMES = (1, 10, 100, 1000, 5000), (100, 1000, 10_000)
+MAX_PAGES = 100  # structures at most that are planned with pages of their own
+
+# What is promised, in the unit of the figure
+MAX_ROUGHNESS, MAX_SAMPLING, MAX_EVERY_DOT = 0.15, 0.3, 1
+MAX_DESCRIPTOR, MAX_ROBUST = {0.05: 8, 0.2: 15, 0.5: 15, 1.0: 15}, 60  # by the share of kept dots
+MAX_GRID = {100: 4, 1000: 25}  # by the test dots of the full grid
+MAX_PAIR = {720: None, 14_400: 8, 50_000: 120}  # by the dots of each partner
+MAX_FRAME = 0.25  # one frame of an ensemble of 953 atoms
+MAX_READ_POINTS, MAX_POINTS = 1.5, 1.8  # points over their surface, with and without reading
+MAX_GROWTH = 1.1  # cost of an atom over that in a molecule of 4,000 atoms
+MAX_DEFAULT_DENSITY = 1.2  # dots of the default density over those of the same density by hand
+MAX_MEMORY, MAX_NOTHING = 400, 5
 
 
-def embedded(residues: str | None = None) -> tuple[np.ndarray, np.ndarray]:
-    """Return centres and radii of the atoms of the embedded structure, Å."""
+class Table:
+    """Figures, printed as they are measured.
+
+    Attributes
+    ----------
+    rows : list of dict: what, dots, value (CPU seconds or what `unit` says), wall (the same of the wall clock), unit, at_most
+        (what the project promises); None where there is none
+    """
+
+    def __init__(self, repeats: int) -> None:
+        self.rows: list[dict[str, Any]] = []
+        self.repeats = repeats
+
+    def add(
+        self, what: str, dots: int | None, value: float, unit: str,
+        wall: float | None = None, most: float | None = None,
+    ) -> float:  # fmt: skip
+        """Add a row to the table, print it, and return its value."""
+        row = {"what": what, "dots": dots, "value": value, "wall": wall, "unit": unit, "at_most": most}
+        self.rows.append(row)
+        print(f"{value:9.3g} {unit:5} {what}" + (f", {dots} dots" if dots else ""), flush=True)
+        return value
+
+    def time(
+        self, what: str, dots: int | None, run: Callable, unit: str = "s", per: float = 1.0, most: float | None = None,
+        once: bool = False,
+    ) -> float:  # fmt: skip
+        """Return the median time of `run()` after one call for warm-up, in `unit`, of which `per` are a second."""
+        cpu, wall = timed(run, 1 if once else self.repeats)
+        return self.add(what, dots, cpu * per, unit, wall * per, most)
+
+
+def timed(run: Callable, repeats: int = 1, warm: bool = True) -> tuple[float, float]:
+    """Return median CPU and wall seconds of `run()`, with the processes that it starts, after a call in vain if `warm`."""
+    times = []
+    for _ in range(repeats + warm):
+        cpu, wall = cpu_time(), time.perf_counter()
+        run()
+        times.append((cpu_time() - cpu, time.perf_counter() - wall))
+    cpu, wall = (statistics.median(column) for column in zip(*times[warm:], strict=True))
+    return cpu, wall
+
+
+def cpu_time() -> float:
+    """Return the CPU seconds of this process and of those that it has waited for."""
+    children = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return time.process_time() + children.ru_utime + children.ru_stime
+
+
+def process(*command: str | Path, **keys: Any) -> Callable[[], subprocess.CompletedProcess]:
+    """Return a call that runs a command, as a study and a terminal do."""
+    return partial(subprocess.run, [*map(str, command)], check=True, capture_output=True, text=True, **keys)
+
+
+def embedded(residues: str | None = None, copies: int = 1) -> tuple[np.ndarray, np.ndarray]:
+    """Return centres and radii of the atoms of the embedded structure, repeated on a lattice, Å."""
     molecule = read_molecule(EMBEDDED, residues=residues)
-    return molecule.xyz[0], radii(molecule)
-
-
-def a1(quick: bool) -> Surface:
-    """Return the dots of A1 or, without its file, of the embedded structure; if quick, of a piece of that."""
-    if quick:
-        return molecular_surface(*embedded(QUICK_RESIDUES))
-    return read_surface(A1_DOTS) if A1_DOTS.is_file() else molecular_surface(*embedded())
+    return lattice(molecule.xyz[0], copies), np.tile(radii(molecule), copies)
 
 
 def lattice(xyz: np.ndarray, copies: int) -> np.ndarray:
@@ -113,25 +168,29 @@ def lattice(xyz: np.ndarray, copies: int) -> np.ndarray:
     return (cells * (np.ptp(xyz, axis=0) + GAP) + xyz).reshape(-1, 3)
 
 
+def a1(quick: bool) -> Surface:
+    """Return the dots of A1 or, without its file, of the embedded structure; if quick, of a piece of that."""
+    if quick:
+        return molecular_surface(*embedded(QUICK_RESIDUES))
+    return read_surface(A1_DOTS) if A1_DOTS.is_file() else molecular_surface(*embedded())
+
+
 def repeated(surface: Surface, copies: int) -> Surface:
     """Return a surface repeated on a lattice."""
     return Surface(lattice(surface.points, copies), np.tile(surface.normals, (copies, 1)))
 
 
-def measure_dots(
-    table: Table, surface: Surface, promised: bool, repeats: int, n_tests: int, combinations: np.ndarray
-) -> None:
+def measure_dots(table: Table, surface: Surface, promised: bool, n_tests: int) -> None:
     """Measure what scales with the dots: index, roughness, cover, sampling, descriptors of 64 subsets."""
-    n = len(surface)
+    n, rng = len(surface), np.random.default_rng(0)
     index = build_index(surface.points, surface.normals)
-    table.time("index", n, lambda: build_index(surface.points, surface.normals), repeats)
+    table.time("index", n, partial(build_index, surface.points, surface.normals))
     rough = roughness_of_patches(index)
-    most = 0.15 if promised else None
-    seconds = table.time("roughness of all dots", n, lambda: roughness_of_patches(index), repeats, most=most)
-    table.add("roughness per dot", n, 1e6 * seconds / n, "µs")
-    table.time("cover", n, lambda: published_sampling.build_cover(index, rough), repeats)
+    most = MAX_ROUGHNESS if promised else None
+    table.time("roughness of all dots", n, partial(roughness_of_patches, index), most=most)
+    table.time("cover", n, partial(published_sampling.build_cover, index, rough))
     prepared = PreparedSurface(surface, roughness=rough, streams=Streams(name="bench"))
-    rng = np.random.default_rng(0)
+    combinations = published_sampling.parameter_grid(*(FULL_GRID if promised else SMALL_GRID))
 
     def sample() -> None:
         for combination in combinations:
@@ -141,83 +200,43 @@ def measure_dots(
         for combination in combinations:
             prepared.pair(combination, 0)
 
-    per, most = 1e3 / len(combinations), 0.3 if promised else None
-    milliseconds = table.time("one sampling", n, sample, repeats, "ms", per, most)
-    table.add("one sampling per dot", n, 1e6 * milliseconds / n, "ns")
-    table.time("one sampling and a uniform subset", n, pair, repeats, "ms", per)
-    measure_descriptors(table, prepared, rng, repeats, n_tests)
-
-
-def measure_descriptors(
-    table: Table, prepared: PreparedSurface, rng: np.random.Generator, repeats: int, n_tests: int
-) -> None:
-    """Measure descriptors of 64 subsets at shared test dots, as the grid evaluates them."""
-    index, n = prepared.index, len(prepared.points)
+    per = 1e3 / len(combinations)
+    table.time("one sampling", n, sample, "ms", per, MAX_SAMPLING if promised else None)
+    table.time("one sampling and a uniform subset", n, pair, "ms", per)
     tests = rng.choice(n, min(n, n_tests), replace=False)
-    subset = tests[: max(1, n_tests // 8)]
-    z_tot, robust = (
-        prepared.describe(tests)[0],
-        prepared.with_descriptor("rotation_robust").describe(subset)[0],
+    kinds = (
+        ("a descriptor", "published", tests, None),
+        ("a rotation-robust descriptor", "rotation_robust", tests[: max(1, n_tests // 8)], MAX_ROBUST),
     )
-    for share, most in DESCRIPTOR_LIMITS.items():
+    for share, limit in MAX_DESCRIPTOR.items():
         words = np.zeros(n, np.uint64)
         for bit in range(descriptors.MAX_SUBSETS):
-            descriptors.add_subset(
-                words, index, published_sampling.uniform_subset(n, round(share * n), rng), bit
-            )
+            subset = published_sampling.uniform_subset(n, round(share * n), rng)
+            descriptors.add_subset(words, index, subset, bit)
         for reading in GRID_READINGS:
-            asked = words, descriptors.MAX_SUBSETS, (reading,)
-            run = partial(descriptors.compare_descriptors, index, prepared.points[tests], *asked, z_tot)
-            what, per = (
-                f"a descriptor, {share:.0%} kept, `{reading}`",
-                1e6 / len(tests) / descriptors.MAX_SUBSETS,
-            )
-            table.time(what, n, run, repeats, "µs", per, most)
-            run = partial(
-                descriptors.compare_descriptors,
-                index,
-                prepared.points[subset],
-                *asked,
-                robust,
-                descriptor="rotation_robust",
-            )
-            what, per = (
-                what.replace("a descriptor", "a rotation-robust descriptor"),
-                1e6 / len(subset) / descriptors.MAX_SUBSETS,
-            )
-            table.time(what, n, run, repeats, "µs", per, MAX_MICROSECONDS_ROBUST)
+            for name, descriptor, at, most in kinds:
+                z_tot = prepared.with_descriptor(descriptor).describe(at)[0]
+                run = partial(
+                    descriptors.compare_descriptors, index, prepared.points[at], words, descriptors.MAX_SUBSETS,
+                    (reading,), z_tot, descriptor=descriptor,
+                )  # fmt: skip
+                per = 1e6 / len(at) / descriptors.MAX_SUBSETS
+                table.time(f"{name}, {share:.0%} kept, `{reading}`", n, run, "µs", per, most or limit)
 
 
-def measure_pairs(table: Table, sizes: dict[int, float | None], repeats: int) -> None:
-    """Measure the search for the nearest patch of every dot of two surfaces, in both directions, on random descriptors."""
-    rng = np.random.default_rng(0)
-    for n, most in sizes.items():
-        both = rng.random((2, n, 121))
-        times = repeats if n < 20_000 else 1
-        table.time("nearest patches of two surfaces, both ways", n, partial(nearest, *both), times, most=most)
-
-
-def measure_grids(
-    table: Table, surface: Surface, combinations: np.ndarray, limits: dict[int, float | None], repeats: int
-) -> None:
-    """Measure whole grids with one draw, reading `kept`, and one combination at every dot."""
+def measure_grids(table: Table, surface: Surface, quick: bool) -> None:
+    """Measure whole grids with one draw, one combination at every dot, and the nearest patches of two surfaces."""
     prepared, n = PreparedSurface(surface, streams=Streams(name="bench")), len(surface)
-    for n_tests, most in limits.items():
-        what = f"grid of {len(combinations)}, {n_tests} test dots"
+    combinations = published_sampling.parameter_grid(*FULL_GRID)[: 2 if quick else None]
+    for n_tests, most in ({16: None} if quick else MAX_GRID).items():
         run = partial(grid.evaluate_grid, prepared, combinations, n_tests, 1, ("kept",))
-        table.time(what, n, run, repeats, most=most)
+        table.time(f"grid of {len(combinations)}, {n_tests} test dots", n, run, most=most)
     for readings, names in ((("kept",), "`kept`"), (GRID_READINGS, "both readings")):
         run = partial(grid.evaluate_grid, prepared, BEST_COMBINATION, n, 1, readings)
-        table.time(f"a combination at every dot, {names}", n, run, repeats, most=1)
-
-
-def measure_surface(table: Table, copies: Sequence[int], repeats: int, residues: str | None = None) -> None:
-    """Measure the surface of the embedded structure, repeated."""
-    xyz, r = embedded(residues)
-    for c in copies:
-        run = partial(molecular_surface, lattice(xyz, c), np.tile(r, c))
-        what, per = f"surface per atom, {c * len(r)} atoms", 1e6 / (c * len(r))
-        table.time(what, len(run()), run, repeats, "µs", per)
+        table.time(f"a combination at every dot, {names}", n, run, most=MAX_EVERY_DOT)
+    for n, most in ({500: None} if quick else MAX_PAIR).items():
+        run = partial(nearest, *np.random.default_rng(0).random((2, n, 121)))
+        table.time("nearest patches of two surfaces, both ways", n, run, most=most, once=n > 20_000)
 
 
 def measure_frames(table: Table, quick: bool) -> None:
@@ -235,311 +254,60 @@ def measure_frames(table: Table, quick: bool) -> None:
         for k in range(molecule.n_frames):
             frame_row(molecule, k, atom_radii, settings, Streams(name="bench"))
 
-    what, most = f"a frame of an ensemble, {molecule.n_atoms} atoms", None if quick else MAX_SECONDS_PER_FRAME
-    table.time(what, None, frames, 1, "s", 1 / molecule.n_frames, most)
+    what, per = f"a frame of an ensemble, {molecule.n_atoms} atoms", 1 / molecule.n_frames
+    table.time(what, None, frames, "s", per, None if quick else MAX_FRAME, once=True)
 
 
-def measure_points(table: Table, repeats: int, residues: str | None = None) -> None:
-    """Measure points of the embedded structure as multiples of reading it and placing its dots once, and their peers.
-
-    The roughness of its dots at a high density, a coarse mesh and a start of the command follow.
-    """
-
-    def place() -> Surface:
-        return molecular_surface(*embedded(residues))
-
-    molecule = read_molecule(EMBEDDED, residues=residues)
-    dense = molecular_surface(molecule.xyz[0], radii(molecule), density=HIGH_DENSITY)
-    placing = table.time("reading a structure and placing its dots", len(place()), place, repeats)
-
-    def choose() -> None:
-        points(read_molecule(EMBEDDED, residues=residues), N_POINTS)
-
-    ratio = table.time(f"{N_POINTS} points of a structure", None, choose, repeats) / placing
-    table.add("ratio, points to reading and placing", None, ratio, "times", most=None if residues else 1.5)
-    index, n = build_index(dense.points, dense.normals), len(dense)
-    what = f"roughness per dot, {HIGH_DENSITY} dots per Å^2"
-    table.time(what, n, partial(roughness_of_patches, index), repeats, "µs", 1e6 / n)
-    table.time(f"a mesh of {N_POINTS} vertices", None, partial(mesh, molecule, N_POINTS), repeats)
-
-
-def measure_processes(table: Table, repeats: int, tree: Path = ROOT, kernels: str | None = None) -> None:
-    """Measure commands of a checkout on the embedded structure as whole processes, warm: CPU seconds and peak memory."""
-    environment = os.environ | {"PYTHONPATH": str(tree / "src")}
-    environment |= {"NUMBA_CACHE_DIR": kernels} if kernels else {}
-    with tempfile.TemporaryDirectory() as folder:
-        for command in COMMANDS:
-            call = [sys.executable, "-m", "sparsurf", *command.format(EMBEDDED).split(), "-q"]
-            subprocess.run(call, check=True, capture_output=True, cwd=folder, env=environment)  # may compile
-            cpu, wall = cpu_of_process(call, repeats, cwd=folder, env=environment)
-            name = f"`sparsurf {command.format('FILE').partition(' -o')[0]}`"
-            table.add(f"{name}, a warm process", None, cpu, "s", wall)
-            code = "import runpy, sys\nfrom measures.timing import peak_memory\ntry:\n    runpy.run_module('sparsurf', "
-            code += "run_name='__main__')\nexcept SystemExit:\n    sys.exit(str(peak_memory()))"
-            places = os.pathsep.join([environment["PYTHONPATH"], str(ROOT / "evidence")])
-            memory = subprocess.run(
-                [sys.executable, "-c", code, *call[3:]],
-                cwd=folder, env=environment | {"PYTHONPATH": places}, capture_output=True, text=True, check=False,
-            )  # fmt: skip
-            table.add(f"{name}, peak memory", None, float(memory.stderr.split()[-1]) / 1e6, "MB")
-
-
-def measure_growth(table: Table, repeats: int) -> None:
-    """Measure the cost an atom of dots of one density on larger and larger molecules, and of points over their surface."""
-    xyz, r = embedded()
-    first = None
-    for copies in GROWTH:
-        spheres, n = (lattice(xyz, copies), np.tile(r, copies)), copies * len(r)
-        here = repeats if copies < GROWTH[-1] else 1
-        run = partial(molecular_surface, *spheres)
-        spent = table.time(f"surface per atom, {n} atoms, of growth", None, run, here, "µs", 1e6 / n)
-        first = first or spent
-        table.add(f"ratio, {n} atoms to {GROWTH[0] * len(r)}", None, spent / first, "times", most=MAX_GROWTH)
-        if copies == GROWTH[0]:
-            spent = table.time(
-                f"{N_POINTS} points, {n} atoms", None, partial(points, spheres, N_POINTS), here
-            )
-            ratio = spent / (first * n / 1e6)
-            table.add("ratio, points to their surface", None, ratio, "times", most=MAX_POINTS_PER_SURFACE)
-
-
-def measure_density(table: Table, repeats: int) -> None:
-    """Measure dots of the default density as multiples of the same density given by hand."""
-    for residues, copies in SIZES_OF_DENSITY:
-        xyz, r = embedded(residues)
-        spheres = lattice(xyz, copies), np.tile(r, copies)
+def measure_surfaces(table: Table, quick: bool) -> None:
+    """Measure surfaces of larger and larger molecules, and of the default density, and points and meshes beside them."""
+    residues = QUICK_RESIDUES if quick else None
+    read = partial(read_molecule, EMBEDDED, residues=residues)
+    what = "reading a structure and placing its dots"
+    placing = table.time(what, None, lambda: molecular_surface(*embedded(residues)))
+    choosing = table.time(f"{N_POINTS} points of a structure", None, lambda: points(read(), N_POINTS))
+    most = None if quick else MAX_READ_POINTS
+    table.add("ratio, points to reading and placing", None, choosing / placing, "times", most=most)
+    table.time(f"a mesh of {N_POINTS} vertices", None, partial(mesh, molecule := read(), N_POINTS))
+    costs = []  # µs an atom
+    for copies in TIMED_COPIES[: 2 if quick else None]:
+        spheres, n = embedded(residues, copies), copies * molecule.n_atoms
+        what, run = f"surface per atom, {n} atoms", partial(molecular_surface, *spheres)
+        costs.append(table.time(what, len(run()), run, "µs", 1e6 / n, once=copies == TIMED_COPIES[-1]))
+        if len(costs) == 2:
+            spent = table.time(f"{N_POINTS} points, {n} atoms", None, partial(points, spheres, N_POINTS))
+            most = None if quick else MAX_POINTS
+            table.add("ratio, points to their surface", None, 1e6 * spent / n / costs[1], "times", most=most)
+        elif len(costs) > 2:
+            what = f"ratio, {n} atoms to {TIMED_COPIES[1] * molecule.n_atoms}"
+            table.add(what, None, costs[-1] / costs[1], "times", most=MAX_GROWTH)
+    for part, copies in SIZES_OF_DENSITY:
+        spheres = embedded(part, copies)
         density = len(spread := placed_surface(spheres)) / spread.area.sum()
-        default = timed(partial(placed_surface, spheres), repeats)[0]
-        by_hand = timed(partial(placed_surface, spheres, density=density), repeats)[0]
+        default = timed(partial(placed_surface, spheres), table.repeats)[0]
+        by_hand = timed(partial(placed_surface, spheres, density=density), table.repeats)[0]
         what = f"ratio, default density to the same by hand, {len(spheres[1])} atoms"
         table.add(what, None, default / by_hand, "times", most=MAX_DEFAULT_DENSITY)
 
 
-def measure_commands(table: Table, repeats: int, quick: bool) -> None:
-    """Measure whole processes on the embedded structure: its surface, warm and cold, beside MSMS, and its page.
-
-    MSMS reads the centres and radii of the atoms, which are written to its file beforehand. A cold process has an empty cache
-    of kernels and compiles those that it needs.
-    """
+def measure_commands(table: Table, tree: Path = ROOT, kernels: str | None = None) -> None:
+    """Measure commands of a checkout on the embedded structure as whole processes, warm: CPU seconds and peak memory."""
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(tree / "src"), str(ROOT / "evidence")])}
+    environment |= {"NUMBA_CACHE_DIR": kernels} if kernels else {}
+    code = "import runpy\nfrom measures.memory import peak_memory\ntry:\n    runpy.run_module('sparsurf', None, '__main__')\n"
+    code += "except SystemExit:\n    print(peak_memory())"
     with tempfile.TemporaryDirectory() as folder:
-        program = [sys.executable, "-m", "sparsurf"]
-        surface = [*program, "surface", EMBEDDED, "-q", "-o", Path(folder, "dots.npz")]
-        cpu, wall = cpu_of_process(surface, repeats)
-        warm = table.add("sparsurf surface, a process", None, cpu, "s", wall)
-        if not quick:
-            empty = os.environ | {"NUMBA_CACHE_DIR": str(Path(folder, "kernels"))}
-            cpu, wall = cpu_of_process(surface, env=empty)
-            table.add("sparsurf surface, a process that compiles", None, cpu, "s", wall)
-        if msms := msms_program():
-            spheres, out = Path(folder, "spheres.xyzr"), Path(folder, "out")
-            np.savetxt(spheres, np.column_stack(embedded()), "%.3f")
-            options = ["-probe_radius", f"{PROBE_RADIUS}", "-density", f"{DENSITY}"]
-            theirs, wall = cpu_of_process([msms, "-if", spheres, "-of", out, *options], repeats)
-            table.add("peer: the same by MSMS, a process", None, theirs, "s", wall)
-            table.add("ratio, MSMS to `sparsurf surface`", None, theirs / warm, "times")
-        page = [*program, "show", EMBEDDED, "--no-open", "-o", Path(folder, "page.html")]
-        cpu, wall = cpu_of_process(page, repeats)
-        table.add("the first page of a protein, a process", None, cpu, "s", wall)
-
-
-def cpu_of_process(command: Sequence[str | Path], repeats: int = 1, **keys: Any) -> tuple[float, float]:
-    """Return median CPU and wall seconds of a process over `repeats` runs."""
-    rows = []
-    for _ in range(repeats):
-        wall, before = time.perf_counter(), os.times()
-        subprocess.run(command, check=True, capture_output=True, **keys)
-        after = os.times()
-        cpu = after.children_user + after.children_system - before.children_user - before.children_system
-        rows.append((cpu, time.perf_counter() - wall))
-    return tuple(np.median(rows, axis=0).tolist())
-
-
-def measure_peers(table: Table, surface: Surface, repeats: int) -> list[str]:
-    """Measure other programs on the same work, ours, and the ratio of theirs to ours; return the programs that are missing."""
-    xyz, r = embedded()
-    missing = []
-    with tempfile.TemporaryDirectory() as folder:
-        spheres = Path(folder, "spheres.xyzr")
-        np.savetxt(spheres, np.column_stack([xyz, r]), "%.3f")
-        programs: dict[str, tuple[str | None, list[str | Path]]] = {
-            "EDTSurf": (shutil.which("EDTSurf"), ["-i", EMBEDDED, "-o", Path(folder, "out")]),
-            "MSMS": (msms_program(), ["-if", spheres, "-of", Path(folder, "out"), "-density", f"{DENSITY}"]),
-        }
-        for name, (program, options) in programs.items():
-            if program is None:
-                missing.append(name)
-                continue
-            theirs, wall = cpu_of_process([program, *options], repeats)
-            what = f"peer: surface of the embedded structure by {name}, a process"
-            table.add(what, None, theirs, "s", wall)
-            compare_with(
-                table, name, theirs, "the same surface here", partial(molecular_surface, xyz, r), repeats
-            )
-    area = partial(molecular_surface, xyz, r)
-    if freesasa := installed("freesasa", missing):
-        run = partial(freesasa.calcCoord, xyz.ravel(), r)
-        theirs = table.time("peer: accessible area of the embedded structure by freesasa", None, run, repeats)
-        compare_with(table, "freesasa", theirs, "its molecular surface here", area, repeats)
-    if structure := installed("biotite.structure", missing):
-        atoms = structure.AtomArray(len(xyz))
-        atoms.coord = xyz
-        run = partial(structure.sasa, atoms, vdw_radii=r)
-        theirs = table.time("peer: accessible area of the embedded structure by biotite", None, run, repeats)
-        compare_with(table, "biotite", theirs, "its molecular surface here", area, repeats)
-    if fpsample := installed("fpsample", missing):
-        compare_with_fpsample(table, fpsample, surface, repeats)
-    image = np.random.default_rng(0).random((PIXELS, PIXELS))
-    images = np.random.default_rng(0).random((512, published.N_EVEN + published.N_ODD))
-    others: dict[str, Callable[[], Any]] = {}
-    if mahotas := installed("mahotas.features", missing):
-        others["mahotas"] = partial(mahotas.zernike_moments, image, DISC, N_MAX)
-    if zepyros := installed("zepyros.zernike", missing):
-        orders = [(order, m) for order in range(N_MAX + 1) for m in range(order % 2, order + 1, 2)]
-        basis = zepyros.Zernike2D(image)
-        others["zepyros"] = lambda: [basis.compute_coeff_nm(image, *each) for each in orders]
-    for name, moments in others.items():
-        theirs = table.time(f"peer: moments of one image by {name}", None, moments, repeats, "µs", 1e6)
-        here, ours = "the same here, 512 images", partial(published.moments, images)
-        compare_with(table, name, theirs, here, ours, repeats, None, "µs", 1e6 / 512)
-    return missing
-
-
-def compare_with_fpsample(table: Table, fpsample: ModuleType, surface: Surface, repeats: int) -> None:
-    """Measure farthest dots of small and large surfaces here and by the fastest of fpsample's samplers."""
-    for copies, n_s in FARTHEST:
-        dots = repeated(surface, copies)
-        n = len(dots)
-        kdline = fpsample.bucket_fps_kdline_sampling
-        samplers = [fpsample.bucket_fps_kdtree_sampling, *(partial(kdline, h=h) for h in (5, 7, 9))]
-        times = [timed(partial(sampler, dots.points, n_s), repeats)[0] for sampler in samplers]
-        theirs = table.add(f"peer: {n_s} farthest dots by fpsample's best sampler", n, min(times), "s")
-        index = build_index(dots.points, dots.normals)
-        ours = partial(farthest_point_sampling, index, n_s, np.random.default_rng(0))
-        compare_with(table, "fpsample", theirs, f"{n_s} farthest dots here", ours, repeats, n)
-
-
-def compare_with(
-    table: Table, name: str, theirs: float, what: str, ours: Callable, repeats: int,
-    dots: int | None = None, unit: str = "s", per: float = 1.0,
-) -> None:  # fmt: skip
-    """Measure the same work here, and add the ratio of the time of another program to ours."""
-    table.add(
-        f"ratio, {name} to this", dots, theirs / table.time(what, dots, ours, repeats, unit, per), "times"
-    )
-
-
-def installed(name: str, missing: list[str]) -> ModuleType | None:
-    """Return a module if it can be imported; else add its package to those that are missing."""
-    try:
-        return importlib.import_module(name)
-    except ImportError:
-        missing.append(name.partition(".")[0])
-        return None
-
-
-def measure_reference(table: Table, surface: Surface, name: str) -> None:
-    """Measure another program's descriptor function on the same patches, (n, 6) arrays of dots and normals."""
-    module, _, function = name.partition(":")
-    sys.path.append(os.getcwd())
-    try:
-        other = getattr(importlib.import_module(module), function)
-    except (ImportError, AttributeError, ValueError) as error:
-        raise InputError(f"--reference {name}: {error}; give module:function.") from None
-    index, n = build_index(surface.points, surface.normals), len(surface)
-    tests = np.random.default_rng(0).choice(n, REFERENCE_PATCHES, replace=False)
-    ids = [patch(index, t, R_ZERNIKE) for t in tests]
-    patches = [np.hstack([surface.points[i], surface.normals[i]]) for i in ids]
-    reference_time, _ = timed(lambda: [other(p) for p in patches], 3)
-    reference_time = table.add(f"a patch by {name}", n, 1e6 * reference_time / len(tests), "µs")
-    many = np.tile(surface.points[tests], (200, 1))
-    ours = table.time(
-        "the same patches here",
-        n,
-        lambda: descriptors.describe_patches(index, many),
-        3,
-        "µs",
-        1e6 / len(many),
-    )
-    table.add("ratio", n, reference_time / ours, "times")
-    in_one_pass = [row["value"] for row in table.rows if row["what"] == "a descriptor, 100% kept, `full`"]
-    table.add("ratio, 64 subsets in one pass", n, reference_time / in_one_pass[0], "times")
-
-
-def warm_up() -> None:
-    """Load every kernel, so that what follows measures the dots."""
-    dots = molecular_surface(np.array([[0.0, 0, 0], [2.5, 0, 0], [0.0, 2.5, 0]]), np.full(3, 1.7))
-    grid.evaluate_grid(PreparedSurface(dots), np.array([[0.5, 0.5, 1.0, 1.0]]), 4)
-
-
-def print_memory(copies: int, quick: bool) -> None:
-    """Print, in a process of its own, the bytes above the imports for all steps of one surface."""
-    warm_up()
-    one = a1(quick)
-    before = peak_memory()
-    surface = repeated(one, copies)
-    grid.evaluate_grid(
-        PreparedSurface(surface, threads=available_cores()),
-        published_sampling.parameter_grid(*SMALL_GRID),
-        100,
-    )
-    print(json.dumps({"dots": len(surface), "bytes": peak_memory() - before}))
-
-
-def print_ribosome() -> None:
-    """Print, in a process of its own, the seconds of every step on a large assembly and the peak memory."""
-    warm_up()
-    before, seconds, cores = peak_memory(), {}, available_cores()
-
-    def step(name: str, run: Callable) -> Any:
-        wall, cpu = time.perf_counter(), time.process_time()
-        result = run()
-        seconds[name] = (time.process_time() - cpu, time.perf_counter() - wall)
-        return result
-
-    molecule = step("reading", lambda: read_molecule(RIBOSOME, selection="all", whole=False))
-    surface = step("surface", lambda: molecular_surface(molecule.xyz[0], radii(molecule)))
-    index = step("index", lambda: build_index(surface.points, surface.normals))
-    rough = step("roughness", lambda: roughness_of_patches(index, threads=cores))
-    prepared = step("cover", lambda: PreparedSurface(surface, roughness=rough, threads=cores))
-    step(
-        "grid of 36, 400 test dots",
-        lambda: grid.evaluate_grid(prepared, published_sampling.parameter_grid(*SMALL_GRID), 400),
-    )
-    figures = {
-        "atoms": molecule.n_atoms,
-        "dots": len(surface),
-        "bytes": peak_memory() - before,
-        "seconds": seconds,
-    }
-    print(json.dumps(figures))
-
-
-def measure_ribosome(table: Table) -> None:
-    """Measure all steps on a large assembly, on all cores."""
-    figures = in_child("print_ribosome()")
-    for what, (cpu, wall) in figures["seconds"].items():
-        table.add(f"ribosome of {figures['atoms']} atoms: {what}", figures["dots"], cpu, "s", wall)
-    table.add("ribosome: peak memory", figures["dots"], figures["bytes"] / figures["dots"], "bytes per dot")
-
-
-def in_child(call: str) -> dict:
-    """Return the result of a `print_...` of this file in a fresh process."""
-    command = [sys.executable, "-c", f"import bench; bench.{call}"]
-    return json.loads(subprocess.run(command, cwd=ROOT / "evidence", capture_output=True, check=True).stdout)
-
-
-def measure_start(table: Table, quick: bool) -> None:
-    """Measure import and compilation with an empty cache of kernels and with a full one; wall seconds of a process."""
-    with tempfile.TemporaryDirectory() as cache:
-        for what in ("warm",) if quick else ("cold", "warm"):
-            place = {} if quick else {"NUMBA_CACHE_DIR": cache}
-            command = [sys.executable, "-c", "import bench; bench.warm_up()"]
-            cpu, wall = cpu_of_process(command, cwd=ROOT / "evidence", env=os.environ | place)
-            table.add(f"{what} start: imports and kernels", None, cpu, "s", wall)
+        for command in COMMANDS:
+            arguments = [*command.format(EMBEDDED).split(), "-q"]
+            place = {"cwd": folder, "env": environment}
+            cpu, wall = timed(process(sys.executable, "-m", "sparsurf", *arguments, **place), table.repeats)
+            name = f"`sparsurf {command.format('FILE').partition(' -o')[0]}`"
+            table.add(f"{name}, a warm process", None, cpu, "s", wall)
+            memory = process(sys.executable, "-c", code, *arguments, **place)().stdout.split()[-1]
+            table.add(f"{name}, peak memory", None, float(memory) / 1e6, "MB")
 
 
 def measure_study(table: Table, tree: Path = ROOT) -> None:
-    """Measure the default study of a checkout from the start, split by rule, and again with nothing to do; CPU and wall seconds.
+    """Measure the default study of a checkout from the start, and again with nothing to do.
 
     Its kernels are compiled before: in this checkout by `make setup`, in another one by a run in vain.
     """
@@ -548,88 +316,204 @@ def measure_study(table: Table, tree: Path = ROOT) -> None:
             place = Path(folder, run)
             place.mkdir()
             (place / "data").symlink_to(tree / "data")
-            files = ["--snakefile", tree / "Snakefile", "--configfile", tree / "config.yaml"]
-            options = ["--directory", place, "--cores", "all", "--quiet", "all"]
-            command = [sys.executable, "-m", "snakemake", *map(str, files + options)]
-            cpu, wall = cpu_of_process(command)
+            study = snakemake(tree / "config.yaml", place, "--cores", "all", "--quiet", "all", tree=tree)
+            cpu, wall = timed(study, warm=False)
         table.add("default study", None, cpu, "s", wall)
-        measure_rules(table, place / ".snakemake" / "metadata", wall)
-        cpu, wall = cpu_of_process(command)
-        table.add("default study, nothing to do", None, cpu, "s", wall, 5)
+        cpu, wall = timed(study, warm=False)
+        table.add("default study, nothing to do", None, cpu, "s", wall, MAX_NOTHING)
 
 
-def measure_rules(table: Table, metadata: Path, wall: float) -> None:
-    """Add wall seconds of the jobs of every rule, and their share of the study."""
-    jobs = {}
-    for path in metadata.rglob("*"):
-        if path.is_file():
-            record = json.loads(path.read_text())
-            log = (record["rule"], *record["log"])  # one job has as many records as outputs
-            begin, end = jobs.get(log, (math.inf, 0.0))
-            jobs[log] = (min(begin, record["starttime"]), max(end, record["endtime"]))
-    for rule in dict.fromkeys(rule for rule, *_ in sorted(jobs, key=jobs.get)):
-        spent = [end - begin for (name, *_), (begin, end) in jobs.items() if name == rule]
-        table.add(
-            f"rule {rule}, {len(spent)} {'job' if len(spent) == 1 else 'jobs'}", None, None, "s", sum(spent)
-        )
-    busy = until = 0.0
-    for begin, end in sorted(jobs.values()):
-        busy, until = busy + max(0.0, end - max(begin, until)), max(until, end)
-    table.add("share of the study in which jobs run", None, None, "%", 100 * busy / wall)
+def snakemake(config: Path, folder: Path, *options: str, tree: Path = ROOT) -> Callable:
+    """Return a call that runs Snakemake with a config in a folder."""
+    files = ["--snakefile", tree / "Snakefile", "--configfile", config, "--directory", folder]
+    return process(sys.executable, "-m", "snakemake", *files, *options)
 
 
-def main(
-    path_to_output: str | Path, quick: bool = False, reference: str | None = None, base: str | None = None
-) -> None:
-    """Measure, print and write the JSON file, and the same table as Markdown."""
+def measure_peers(table: Table, surface: Surface) -> list[str]:
+    """Measure other programs on the same work, ours, and the ratio of theirs to ours; return those that are missing."""
+    xyz, r = embedded()
+    missing, placing = [], partial(molecular_surface, xyz, r)
+
+    def installed(name: str) -> ModuleType | None:
+        try:
+            return importlib.import_module(name)
+        except ImportError:
+            missing.append(name.partition(".")[0])
+            return None
+
+    def compare(name: str, theirs: float, what: str, ours: Callable, dots: int | None = None, **unit: Any) -> None:  # fmt: skip
+        table.add(f"ratio, {name} to this", dots, theirs / table.time(what, dots, ours, **unit), "times")
+
+    with tempfile.TemporaryDirectory() as folder:
+        spheres, out = Path(folder, "spheres.xyzr"), Path(folder, "out")
+        np.savetxt(spheres, np.column_stack([xyz, r]), "%.3f")
+        programs = {
+            "EDTSurf": (shutil.which("EDTSurf"), "-i", EMBEDDED, "-o", out),
+            "MSMS": (msms_program(), "-if", spheres, "-of", out, "-density", DENSITY),
+        }
+        for name, (program, *options) in programs.items():
+            if program is None:
+                missing.append(name)
+                continue
+            what = f"peer: surface of the embedded structure by {name}, a process"
+            theirs = table.time(what, None, process(program, *options))
+            compare(name, theirs, "the same surface here", placing)
+    areas: dict[str, Callable] = {}
+    if freesasa := installed("freesasa"):
+        areas["freesasa"] = partial(freesasa.calcCoord, xyz.ravel(), r)
+    if structure := installed("biotite.structure"):
+        atoms = structure.AtomArray(len(xyz))
+        atoms.coord = xyz
+        areas["biotite"] = partial(structure.sasa, atoms, vdw_radii=r)
+    for name, area in areas.items():
+        theirs = table.time(f"peer: accessible area of the embedded structure by {name}", None, area)
+        compare(name, theirs, "its molecular surface here", placing)
+    if fpsample := installed("fpsample"):
+        samplers = [partial(fpsample.bucket_fps_kdline_sampling, h=h) for h in (5, 7, 9)]
+        for copies, n_s in FARTHEST:
+            dots = repeated(surface, copies)
+            n, index = len(dots), build_index(dots.points, dots.normals)
+            runs = [partial(f, dots.points, n_s) for f in (fpsample.bucket_fps_kdtree_sampling, *samplers)]
+            theirs = min(timed(run, table.repeats)[0] for run in runs)
+            table.add(f"peer: {n_s} farthest dots by fpsample's best sampler", n, theirs, "s")
+            ours = partial(farthest_point_sampling, index, n_s, np.random.default_rng(0))
+            compare("fpsample", theirs, f"{n_s} farthest dots here", ours, n)
+    image = np.random.default_rng(0).random((PIXELS, PIXELS))
+    images = np.random.default_rng(0).random((512, published.N_EVEN + published.N_ODD))
+    moments: dict[str, Callable] = {}
+    if mahotas := installed("mahotas.features"):
+        moments["mahotas"] = partial(mahotas.zernike_moments, image, DISC, N_MAX)
+    if zepyros := installed("zepyros.zernike"):
+        orders = [(order, m) for order in range(N_MAX + 1) for m in range(order % 2, order + 1, 2)]
+        basis = zepyros.Zernike2D(image)
+        moments["zepyros"] = lambda: [basis.compute_coeff_nm(image, *each) for each in orders]
+    for name, run in moments.items():
+        theirs = table.time(f"peer: moments of one image by {name}", None, run, "µs", 1e6)
+        ours = partial(published.moments, images)
+        compare(name, theirs, "the same here, 512 images", ours, unit="µs", per=1e6 / 512)
+    return missing
+
+
+def print_steps(source: str, residues: str | None = None, copies: int = 1) -> None:
+    """Print, in a process of its own, what each step of a surface takes: CPU, wall and peak bytes above the imports.
+
+    The source is A1, quick (a piece of it), the ribosome or the embedded structure, of which no grid is evaluated.
+    """
+    dots = molecular_surface(np.array([[0.0, 0, 0], [2.5, 0, 0], [0.0, 2.5, 0]]), np.full(3, 1.7))
+    grid.evaluate_grid(PreparedSurface(dots), np.array([[0.5, 0.5, 1.0, 1.0]]), 4)  # loads every kernel
+    one = a1(source == "quick") if source in ("A1", "quick") else None
+    before, steps, cores = peak_memory(), {}, 1 if source == "embedded" else available_cores()
+
+    def step(name: str, run: Callable) -> Any:
+        cpu, wall = cpu_time(), time.perf_counter()
+        result = run()
+        steps[name] = (cpu_time() - cpu, time.perf_counter() - wall, peak_memory() - before)
+        return result
+
+    def read() -> tuple[np.ndarray, np.ndarray]:
+        molecule = read_molecule(RIBOSOME, selection="all", whole=False)
+        return molecule.xyz[0], radii(molecule)
+
+    if one:
+        surface = repeated(one, copies)
+    else:
+        spheres = step("reading", read) if source == "ribosome" else embedded(residues, copies)
+        surface = step("surface", lambda: molecular_surface(*spheres))
+    index = step("index", lambda: build_index(surface.points, surface.normals))
+    rough = step("roughness", lambda: roughness_of_patches(index, threads=cores))
+    if source != "embedded":
+        prepared = step("cover", lambda: PreparedSurface(surface, roughness=rough, threads=cores))
+        combinations = published_sampling.parameter_grid(*SMALL_GRID)
+        step(LAST_STEP, lambda: grid.evaluate_grid(prepared, combinations, 400))
+    print(json.dumps({"atoms": 0 if one else len(spheres[0]), "dots": len(surface), "steps": steps}))
+
+
+def steps_of(*source: Any) -> dict[str, Any]:
+    """Return what `print_steps` prints in a fresh process."""
+    call = process(sys.executable, "-c", f"import bench; bench.print_steps(*{source})", cwd=ROOT / "evidence")
+    return json.loads(call().stdout)
+
+
+def measure_growth(table: Table, quick: bool) -> list[dict[str, Any]]:
+    """Return rows of what grows with the atoms of a molecule, the structures of a study and the frames of a trajectory."""
+    rows: list[dict[str, Any]] = []
+    sources = [("embedded", *size) for size in MOLECULES[: 2 if quick else None]]
+    for source in sources + ([("ribosome",)] if RIBOSOME.is_file() and not quick else []):
+        atoms, dots, steps = steps_of(*source).values()
+        spent = {"surface": steps["surface"][0], "roughness": steps["index"][0] + steps["roughness"][0]}
+        row = {"grows": "atoms of a molecule", "n": atoms, "dots": dots}
+        row |= {f"{step}_us_a_dot": 1e6 * seconds / dots for step, seconds in spent.items()}
+        rows.append(row | {"bytes_a_dot": steps["roughness"][2] / dots})
+        if source == ("ribosome",):
+            for name, (cpu, wall, _) in steps.items():
+                table.add(f"ribosome of {atoms} atoms: {name}", dots, cpu, "s", wall)
+            table.add("ribosome: peak memory", dots, steps[LAST_STEP][2] / dots, "bytes per dot")
+    for n in STRUCTURES[: 2 if quick else None]:
+        study = {"proteins": {f"p{k:05d}": {"structure": str(EMBEDDED)} for k in range(n)}}
+        rows.append({"grows": "structures in batches", "n": n} | planned(study | {"pages": []}))
+        if n <= MAX_PAGES:
+            row = {"grows": "structures with pages of their own", "n": n}
+            rows.append(row | planned(study | {"pages": [*study["proteins"]]}))
+    protein = {"structure": str(EMBEDDED), "trajectory": str(TRAJECTORY)}
+    plan = planned({"ensemble": {"run": True}, "proteins": {"p": protein}})
+    one = mdtraj.load(str(TRAJECTORY), top=str(EMBEDDED))
+    for n in FRAMES[: 1 if quick else None]:
+        with tempfile.TemporaryDirectory() as folder:
+            long = Path(folder, "long.xtc")
+            with mdtraj.formats.XTCTrajectoryFile(str(long), "w") as file:
+                for begin in range(0, n, len(one)):
+                    file.write(one.xyz[: n - begin], step=np.arange(begin, min(begin + len(one), n)))
+            seconds = timed(partial(read_molecule, EMBEDDED, long), warm=False)[0]
+        row = {"grows": "frames of a trajectory", "n": n, "reading_s": seconds}
+        rows.append(row | {"kB_a_frame": read_molecule(EMBEDDED, TRAJECTORY).xyz[0].nbytes / 1000} | plan)
+    return rows
+
+
+def planned(config: dict[str, Any]) -> dict[str, float]:
+    """Return CPU seconds and files of planning a study, of which nothing is run."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "config.yaml")
+        path.write_text(yaml.safe_dump({"run": "growth", "sampling": False} | config), encoding="utf-8")
+        before = cpu_time()
+        plan = snakemake(path, Path(folder), "--cores", "1", "--nolock", "--summary")()
+        return {"planning_s": cpu_time() - before, "files": len(plan.stdout.splitlines()) - 1}
+
+
+def main(out: str | Path, quick: bool = False, base: str | None = None) -> None:
+    """Measure, print and write the tables, and the JSON file that the bench of another checkout reads."""
     if base and not Path(base).is_dir():
         git("cat-file", "-e", f"{base}^{{commit}}")
-    table, surface = Table(), a1(quick)
-    copies, repeats, n_tests = ((1,), 1, 16) if quick else (COPIES, 3, 512)
+    table, surface, copies = Table(1 if quick else 3), a1(quick), (1,) if quick else COPIES
     with threadpool_limits(1, "blas"):
         for c in copies:
-            promised = c == 1 and not quick
-            combinations = published_sampling.parameter_grid(*(FULL_GRID if promised else SMALL_GRID))
-            measure_dots(table, repeated(surface, c), promised, repeats, n_tests, combinations)
-        combinations = (
-            published_sampling.parameter_grid(*SMALL_GRID)[:2]
-            if quick
-            else published_sampling.parameter_grid(*FULL_GRID)
-        )
-        measure_grids(table, surface, combinations, {n_tests: None} if quick else GRID_LIMITS, repeats)
-        measure_pairs(table, {500: None} if quick else PAIR_LIMITS, repeats)
-        measure_surface(table, copies, repeats, QUICK_RESIDUES if quick else None)
+            measure_dots(table, repeated(surface, c), c == 1 and not quick, 16 if quick else 512)
+        measure_grids(table, surface, quick)
         measure_frames(table, quick)
-        measure_points(table, repeats, QUICK_RESIDUES if quick else None)
-        measure_density(table, repeats)
-        if not quick:
-            measure_growth(table, repeats)
-        measure_commands(table, repeats, quick)
-        measure_processes(table, repeats)
-        missing = measure_peers(table, surface, repeats)
-        if reference:
-            measure_reference(table, surface, reference)
-    measure_start(table, quick)
-    for c in copies:
-        memory = in_child(f"print_memory({c}, {quick})")
-        most = 400 if c == COPIES[-1] else None
-        per_dot = memory["bytes"] / memory["dots"]
-        table.add("peak memory above the imports", memory["dots"], per_dot, "bytes per dot", most=most)
-    if not quick and RIBOSOME.is_file():
-        measure_ribosome(table)
+        measure_surfaces(table, quick)
+        measure_commands(table)
+        missing = measure_peers(table, surface)
+    _, dots, steps = steps_of("quick" if quick else "A1", None, copies[-1]).values()
+    memory = steps[LAST_STEP][2] / dots
+    most = None if quick else MAX_MEMORY
+    table.add("peak memory above the imports", dots, memory, "bytes per dot", most=most)
+    growth = measure_growth(table, quick)
     if not quick:
         measure_study(table)
-    ratios = ratios_to(figures_of(base, quick, repeats), table.rows) if base else {}
+    ratios = ratios_to(figures_of(base, quick), table.rows) if base else {}
     if base:
         print(f"\nTimes here divided by those of {base}, measured after them on this machine")
         print("\n".join(f"{ratio:6.2f}  {what}" for what, ratio in ratios.items()))
     print("\nNot installed, so not compared: " + (", ".join(missing) or "none"))
-    print("\nAbove what is promised: " + ("; ".join(table.missed()) or "nothing"))
-    path = Path(path_to_output)
+    missed = [row["what"] for row in table.rows if row["at_most"] and row["value"] > row["at_most"]]
+    print("\nAbove what is promised: " + ("; ".join(missed) or "nothing"))
+    path = Path(out)
     path.parent.mkdir(parents=True, exist_ok=True)
-    content = {"machine": machine(), "quick": quick, "figures": table.rows, "base": base, "ratios": ratios}
-    path.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
-    path.with_suffix(".md").write_text(table.markdown(), encoding="utf-8")
+    path.write_text(
+        json.dumps({"figures": table.rows, "base": base, "ratios": ratios}, indent=2), encoding="utf-8"
+    )
+    for name, rows, form in (("bench", table.rows, "%.3g"), ("growth", growth, "%.4g")):
+        frame = pd.DataFrame(rows)
+        frame.astype({"dots": "Int64"}).to_csv(path.with_name(f"{name}.csv"), index=False, float_format=form)
 
 
 def git(*arguments: str | Path) -> None:
@@ -657,11 +541,12 @@ def tree_of(base: str) -> Iterator[Path]:
             git("worktree", "remove", "--force", tree)
 
 
-def figures_of(base: str, quick: bool, repeats: int) -> list[dict[str, Any]]:
+def figures_of(base: str, quick: bool) -> list[dict[str, Any]]:
     """Return the figures of a base on this machine: its commands and study measured from here, and those of its own bench."""
     with tree_of(base) as tree, tempfile.TemporaryDirectory() as folder:
-        kernels, out, table = str(Path(folder, "kernels")), Path(folder, "bench.json"), Table()
-        measure_processes(table, repeats, tree, kernels)
+        kernels, out = str(Path(folder, "kernels")), Path(folder, "bench.json")
+        table = Table(1 if quick else 3)
+        measure_commands(table, tree, kernels)
         if not quick:
             measure_study(table, tree)
         places = {"PYTHONPATH": tree / "src", "NUMBA_CACHE_DIR": kernels, "SPARSURF_SHARED": SHARED}
@@ -675,15 +560,13 @@ def figures_of(base: str, quick: bool, repeats: int) -> list[dict[str, Any]]:
 
 
 def ratios_to(base: Sequence[dict[str, Any]], rows: Sequence[dict[str, Any]]) -> dict[str, float]:
-    """Divide figures by those of the base with the same name and number of dots; wall time where no CPU is known."""
-    before = {(row["what"], row["dots"]): row for row in reversed(base)}
+    """Divide figures by those of the base with the same name and number of dots."""
+    before = {(row["what"], row["dots"]): row["value"] for row in reversed(base)}
     ratios: dict[str, float] = {}
     for row in rows:
-        other = before.get((row["what"], row["dots"]), {})
-        for kind in ("value", "wall"):
-            if row[kind] and other.get(kind):
-                dots = "" if row["dots"] is None else f", {row['dots']} dots"
-                ratios.setdefault(row["what"] + dots, float(row[kind] / other[kind]))
+        if row["value"] and (other := before.get((row["what"], row["dots"]))):
+            dots = "" if row["dots"] is None else f", {row['dots']} dots"
+            ratios.setdefault(row["what"] + dots, row["value"] / other)
     return ratios
 
 
@@ -694,11 +577,10 @@ def command(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument(
         "--base", help="commit whose figures are measured, too, and by which these are divided"
     )
-    parser.add_argument("--reference", help="module:function of another program, timed on the same patches")
     parser.add_argument("--out", default=ROOT / "results" / "bench" / "bench.json", help="JSON file to write")
     args = parser.parse_args(arguments)
     try:
-        main(args.out, args.quick, args.reference, args.base)
+        main(args.out, args.quick, args.base)
     except InputError as error:
         parser.error(str(error))
 

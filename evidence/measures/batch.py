@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from sparsurf_study.workflow.jobs import Job
-from measures.timing import peak_memory
+from measures.memory import peak_memory
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.settings import Settings
 from sparsurf.surfaces.molecular_surface import density_for_d_link, roll_frame

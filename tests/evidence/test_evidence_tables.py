@@ -10,7 +10,7 @@ import pytest
 
 from conftest import ROOT
 
-NOT_BY_RULES = {"bench.csv", "growth.csv"}  # of evidence/bench.py and evidence/measure_growth.py
+NOT_BY_RULES = {"bench.csv", "growth.csv"}  # of evidence/bench.py
 COMMITTED = {"tables": "evidence/tables", "figures": "docs"}
 
 
