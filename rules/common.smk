@@ -111,8 +111,8 @@ def log_names(rules):
 
 
 def is_excluded(*place):
-    """Whether the config excludes a protein, or one of its conformations."""
-    return without_zeros("/".join(place)) in EXCLUDED
+    """Whether the config excludes a protein, or one of its conformations, also with all of its protein."""
+    return not {place[0], without_zeros("/".join(place))}.isdisjoint(EXCLUDED)
 
 
 def all_conformations(protein):

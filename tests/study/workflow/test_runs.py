@@ -137,6 +137,12 @@ def test_a_protein_is_sampled_or_not_by_its_own_key_or_by_that_of_all(tmp_path):
     assert planned[0] == planned[1] >= {"evaluate_grid", "draw_figures", "summarise_best", "draw_view"}
 
 
+def test_the_comparison_with_the_paper_is_left_out_with_its_protein(tmp_path):
+    config = write_study(folder := tmp_path / "own")
+    rules = planned_rules(folder, config | {"exclude": {"ready": "by hand", "pairs/half": "by hand"}})
+    assert "close_run" in rules and not {"read_surface", "reproduce_paper"} & rules
+
+
 @pytest.mark.parametrize(("table", "reader"), [("grid.csv", "ranges.csv"), ("roughness.csv", "floors.csv")])
 def test_a_truncated_table_is_refused_by_the_rule_that_reads_it(study, tmp_path, table, reader):
     folder = copy_of(study, tmp_path / "own")
