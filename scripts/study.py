@@ -180,7 +180,11 @@ def keep_downloads_and_simulations(config: dict, run: Path, files: list[Path], e
 
 
 def closed(config: dict, run: Path, failures: dict[str, str], files: Sequence[Path]) -> bool:
-    """Close a run in which jobs failed; return whether it has a first page."""
+    """Close a run in which jobs failed; return whether it has a first page.
+
+    A second start of Snakemake with these places in `exclude` would write the same page where all other jobs have ended. Where
+    Snakemake was killed or the disk is full, it would compute all that is left, for hours, and retry a batch whose job failed.
+    """
     from sparsurf_study.report.closing import close_partial_run  # here, as it imports pandas and matplotlib
 
     closing = SimpleNamespace(rule="close_run", log=[run / "logs" / "close_run.log"])

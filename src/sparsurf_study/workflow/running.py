@@ -148,11 +148,11 @@ def say_what_failed(run: Path, failed: list[str], code: int) -> None:
             print(message, file=sys.stderr)
             break
     reasons = [f"- {Path(log).relative_to(run / 'logs').with_suffix('')}: {failure(log)}" for log in failed]
-    if not reasons and code < 0:
+    if code < 0:
         name = signal.Signals(-code).name
-        reasons = [
+        reasons.append(
             f"Snakemake was killed ({name}), by someone or for want of memory; the same command continues where it was."
-        ]
+        )
     if not reasons:
         errors = run / "logs" / "snakemake.err"
         lines = errors.read_text(encoding="utf-8", errors="replace").splitlines() if errors.is_file() else []

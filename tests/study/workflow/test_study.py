@@ -195,6 +195,17 @@ def test_errors_of_snakemake_itself_are_printed(checkout, capsys):
     assert study.main(checkout.config()) == 1 and "four is no number" not in capsys.readouterr().err
 
 
+def test_a_killed_snakemake_is_named_beside_the_jobs_that_had_failed_before(checkout, capsys):
+    def fail():
+        checkout.make("logs/p/c1/draw_view.log")
+        Path(os.environ[job_logs.FAILED_JOBS]).write_text("results/mine/logs/p/c1/draw_view.log\n")
+
+    checkout.codes, checkout.work = [-signal.SIGKILL], [fail]
+    assert study.main(checkout.config()) == -signal.SIGKILL
+    said = capsys.readouterr().err
+    assert "\n- p/c1/draw_view: it was killed" in said and "\nSnakemake was killed (SIGKILL)" in said
+
+
 @pytest.mark.parametrize(
     ("logs", "exclude"),
     [
