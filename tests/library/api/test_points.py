@@ -282,6 +282,9 @@ def test_a_stopped_folder_continues_to_the_same_bytes(folder, tmp_path, monkeypa
         text = (folder / f"{'b' if name == 'd' else name}.pdb").read_text()
         (tmp_path / f"{name}.pdb").write_text(f"REMARK {name}\n{text}")
     (tmp_path / "c.pdb").write_text("nothing")
+    lines = (tmp_path / "a.pdb").read_text().splitlines(True)
+    lines.remove(next(line for line in lines if line.startswith("ATOM") and line[12:16].strip() == "CB"))
+    (tmp_path / "a.pdb").write_text("".join(lines))
     taken, chosen = [], api_points._chosen
 
     def noted(path, *arguments):
@@ -303,6 +306,8 @@ def test_a_stopped_folder_continues_to_the_same_bytes(folder, tmp_path, monkeypa
     assert ": 120 points on 3 structures, of which 1 was finished before; 1 structure left out\n" in said
     assert command.main([*words[:-1], str(tmp_path / "whole.parquet")]) == 0
     assert (tmp_path / "whole.parquet").read_bytes() == (tmp_path / "x.parquet").read_bytes()
+    warned = [line for line in said.splitlines() if "lacks heavy atoms" in line]  # also of what was finished
+    assert len(warned) == 1 and warned[0] in capfd.readouterr().err.splitlines()
 
 
 def read_with_polars(polars, path):

@@ -91,15 +91,22 @@ def test_the_picture_of_a_large_surface_has_fewer_dots_and_its_residues_the_same
 
 
 def test_the_ten_roughest_residues_are_those_of_the_table(molecule):
-    _, table, html = molecule
+    dots, table, html = molecule
     page = Page(html)
     wanted = table.sort_values("mean_roughness").head(10)
-    rows = next(rows for rows in page.tables if rows[0][0] == "residue")[1:]
+    head, *rows = next(rows for rows in page.tables if rows[0][0] == "residue")
     names = [f"{row.residue_name} {row.residue} {row.chain}".strip() for row in wanted.itertuples()]
     assert [row[0] for row in rows] == names
     assert [row[1] for row in rows] == [f"{value:.2f}" for value in wanted["mean_roughness"]]
     assert [row[2] for row in rows] == [f"{value:.0f}" for value in wanted["area"]]
     assert [row[3] for row in rows] == [str(value) for value in wanted["dots"]]
+    means = sparsurf.residues(replace(dots, fields=sparsurf.fields(dots).to_dict("series"))).loc[wanted.index]
+    for k, name in ((4, "hydropathy"), (5, "potential")):
+        found = [float(row[k].replace("−", "-")) for row in rows]
+        assert name in head[k] and found == pytest.approx(means[f"mean_{name}"].tolist(), abs=0.0051)
+    buttons = [each for each in page.find("button") if each.attributes.get("class") == "residue"]
+    chosen = [(each.text, int(each.attributes["data-residue"])) for each in buttons]
+    assert {*chosen} == {*zip(names, wanted.index, strict=True)}
     assert (
         f"Its roughest residue is {names[0]}, with a mean of {wanted['mean_roughness'].iloc[0]:.2f}."
         in page.text

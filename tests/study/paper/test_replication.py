@@ -405,7 +405,7 @@ def test_the_tables_of_the_page_are_counted_and_averaged_by_hand(page):
     bias = pd.DataFrame({"d_bias": [0.1, 0.3, 0.8]})
     assert paper_page(page | {"bias": bias})["table1"]["bias"] == pytest.approx(0.4)
     ends = {f"{name}_{end}": x for name in ("d", "Z_tS") for end, x in (("lowest", -9.0), ("highest", 9.0))}
-    places = page["places"].assign(**ends | {"d_lowest": [5.0, *9 * [-9.0]]}, n_won=[0, 0, *8 * [1]])
+    places = page["places"].assign(**ends | {"d_lowest": [5.0, *9 * [-9.0]]}, n_won=[0, 0, *8 * [3]])
     found = paper_page(page | {"places": places})["table1"]
     assert (found["in_span"], found["won"]) == (19, 8)
     values = {"row": [1, 2], "n_S_percent": [10.0, 20], "d_kept": [1.0, 2], "d_full": [-1.0, 0]}

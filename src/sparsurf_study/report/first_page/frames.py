@@ -17,8 +17,7 @@ def of_frames(run: Run) -> list[dict[str, Any]]:
         table = run.read(f"{protein}/ensemble.csv")
         measured = {"N": ("dots", 0), "area": ("area (Å²)", 0), "mean_roughness": ("mean roughness", 3)}
         measured["n_S_percent"] = ("n_S (%)", 1)
-        readings = readings_of_columns(table, "d_")
-        for reading in readings:
+        for reading in readings_of_columns(table, "d_"):
             measured[f"d_{reading}"] = (f"d {words_of(reading)}", 2)
         rows: list[list[Any]] = []
         for column, (label, digits) in measured.items():
@@ -30,7 +29,6 @@ def of_frames(run: Run) -> list[dict[str, Any]]:
                 "n_frames": len(table),
                 "kept": table["n_S_percent"].agg(["mean", "min", "max"]).tolist(),
                 "roughness": table["mean_roughness"].agg(["mean", "min", "max"]).tolist(),
-                "d": [(reading, *table[f"d_{reading}"].agg(["mean", "min", "max"])) for reading in readings],
                 "figures": run.figures(protein, "frame_figures"),
                 "table": TableLink(["measure", "mean", "standard deviation", "lowest", "highest"], rows),
                 "links": run.links(protein, "frames"),
