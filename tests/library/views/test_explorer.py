@@ -337,9 +337,11 @@ def test_the_page_of_a_trajectory_has_the_areas_and_the_places_of_every_frame(fo
     listed = sd[0][np.argsort(header["numbers"][0]["orders"] * sd[0])]  # as the script of the page sorts them
     assert (np.diff(listed) <= 0).all()
     for row in rows:
-        of_residue = shown[0][:, labels_of(tables[0]).index(row[0])]
-        assert float(row[7]) == pytest.approx(of_residue.mean(), abs=0.6)
-        assert float(row[8]) == pytest.approx(of_residue.std(ddof=1), abs=0.2)
+        area, rough = (values[:, labels_of(tables[0]).index(row[0])] for values in shown)
+        wanted = rough.std(ddof=1), np.ptp(rough), rough.mean(), rough.min(), rough.max(), len(rough)
+        assert [float(text) for text in row[1:7]] == pytest.approx(wanted, abs=0.002)
+        assert float(row[7]) == pytest.approx(area.mean(), abs=0.6)
+        assert float(row[8]) == pytest.approx(area.std(ddof=1), abs=0.2)
     by_area = sparsurf.show(
         folder / "top.pdb", trajectory=folder / "run.xtc", rank="area", rank_by="range", open_browser=False
     )
