@@ -423,7 +423,7 @@ if CHANGES:
     include: "rules/changes.smk"
 
 
-if "paper" in config and not is_excluded(config["paper"], "c1"):
+if COMPARES_WITH_PAPER:
 
     include: "rules/paper.smk"
 

@@ -115,6 +115,9 @@ def is_excluded(*place):
     return not {place[0], without_zeros("/".join(place))}.isdisjoint(EXCLUDED)
 
 
+COMPARES_WITH_PAPER = "paper" in config and not is_excluded(config["paper"], "c1")
+
+
 def all_conformations(protein):
     """Names of the conformations of a protein; Snakemake asks again once its frames are chosen."""
     if protein in READY_SURFACES:
@@ -212,7 +215,7 @@ def paths(outputs, **wildcards):
 def conditions_of_run():
     """Conditions of the catalogue that hold for the run."""
     holds = {"surfaces": PROTEINS, "sampled": SAMPLED, "compare": config["compare"]["run"] and SAMPLED}
-    holds |= {"pairs": PAIRS, "paper": "paper" in config and not is_excluded(config["paper"], "c1")}
+    holds |= {"pairs": PAIRS, "paper": COMPARES_WITH_PAPER}
     return {name for name, value in holds.items() if value}
 
 

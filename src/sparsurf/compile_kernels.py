@@ -61,7 +61,7 @@ def compile_surfaces() -> None:
     molecular_surface(points[:3], np.full(3, 1.7), reentrant="dms")
     dots = molecular_surface(*helix())
     rebuild(dots.points, dots.normals)
-    # dots that nothing explains, of which few dots of a small molecule have none: the places of half of the atoms are sought
+    # the search for atoms that are missing: the dots of so small a molecule miss none, so that half of its atoms are left out
     probes, model = dots.points + PROBE_RADIUS * dots.normals, model_of(dots.points, dots.normals)
     centres, radii = helix()
     completed(probes, dots.normals, centres[::2].copy(), radii[::2].copy(), model)

@@ -183,6 +183,7 @@ def _unfold(points: np.ndarray, normals: np.ndarray, origin: np.ndarray, twin: n
     active = np.ones(len(points), np.bool_)  # vertices around which a fold may be
     least_gain = 1
     for sweep in range(MAX_SWEEPS):
+        # counted, since `near.any()` would load scipy.linalg with this kernel
         near, n_folded = np.zeros(len(points), np.bool_), 0
         for h in range(len(origin)):
             if dead[h // 3] or not active[origin[h]]:
