@@ -74,6 +74,7 @@ CALL = "import sys\nfrom sparsurf.cli.command import main\nsys.exit(main(sys.arg
 
 def main(folder: Path) -> int:
     """Kill all in a folder; return the exit status."""
+    folder.mkdir(parents=True, exist_ok=True)
     differing = 0
     for name, outcome in chain(studies(folder), calls(folder)):
         print(f"{name}: {', '.join(outcome) or 'equal'}", flush=True)
