@@ -100,8 +100,11 @@ def studies(folder: Path) -> Iterator[tuple[str, list[str]]]:
             kills.run(command, killed, kill, known)
             process = kills.run(command, killed)
             failed = [f"exit code {process.returncode}"] * (process.returncode != 0)
-            # what lies over all surfaces is written without the failed job, and again in the whole run
-            yield f"{name}, {tuple(kill)}", failed + differing(lambda path: "/" in path)
+            # what lies over all surfaces is written without the failed job, and again in the whole run, and so are its records
+            yield (
+                f"{name}, {tuple(kill)}",
+                failed + differing(lambda path: "/" in path.removeprefix(".ledger/")),
+            )
         kills.run(kills.study(name), killed)
         yield f"{name}, the whole run", differing(bool)
     config = killed / "one.yaml"
