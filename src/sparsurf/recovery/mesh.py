@@ -10,6 +10,7 @@ from sparsurf.errors import InputError
 from sparsurf.recovery.interpolated_surface import NEWTON_STEPS, REACH, interpolate_surface
 from sparsurf.surfaces.mesh import GRID_STEP, Mesh, build_mesh, grid_around, marching_tetrahedra
 from sparsurf.surfaces.spacing import DENSITY
+from sparsurf.threads import parallel_map
 
 log = logging.getLogger("sparsurf")
 
@@ -77,16 +78,24 @@ def _height(
     tree: cKDTree, outward: np.ndarray, points: np.ndarray, threads: int
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the height of points (n, 3) above the dense dots around them, (n,), Å, and the normal there, (n, 3)."""
-    distance, dots = tree.query(points, k=min(TANGENT_PLANES, tree.n), workers=threads)
-    distance, dots = (np.reshape(array, (len(points), -1)) for array in (distance, dots))
-    weight = np.exp(-((distance / (distance[:, :1] + 1e-9)) ** 2))
-    # The dots across a thin wall, whose planes face the other way, do not count
-    same_side = np.einsum("ikc,ic->ik", outward[dots], outward[dots[:, 0]]) > 0
-    weight *= same_side
-    weight /= weight.sum(axis=1, keepdims=True)
-    height = np.einsum("ik,ikc,ikc->i", weight, outward[dots], points[:, None] - tree.data[dots])
-    normal = np.einsum("ik,ikc->ic", weight, outward[dots])
-    return height, normal / np.linalg.norm(normal, axis=1, keepdims=True)
+    height, normals = np.empty(len(points)), np.empty((len(points), 3))
+
+    def fill_in(begin: int, end: int) -> None:
+        """Fill in one slice, whose planes fit into the cache."""
+        of_slice = points[begin:end]
+        distance, dots = tree.query(of_slice, k=min(TANGENT_PLANES, tree.n))
+        distance, dots = (np.reshape(array, (len(of_slice), -1)) for array in (distance, dots))
+        weight = np.exp(-((distance / (distance[:, :1] + 1e-9)) ** 2))
+        planes = outward[dots]
+        # The dots across a thin wall, whose planes face the other way, do not count
+        weight *= np.einsum("ikc,ic->ik", planes, planes[:, 0]) > 0
+        weight /= weight.sum(axis=1, keepdims=True)
+        height[begin:end] = np.einsum("ik,ikc,ikc->i", weight, planes, of_slice[:, None] - tree.data[dots])
+        normal = np.einsum("ik,ikc->ic", weight, planes)
+        normals[begin:end] = normal / np.linalg.norm(normal, axis=1, keepdims=True)
+
+    parallel_map(fill_in, len(points), threads)
+    return height, normals
 
 
 def _assign_sides(values: np.ndarray, near: np.ndarray) -> tuple[np.ndarray, bool]:
