@@ -44,10 +44,11 @@ if TYPE_CHECKING:
 log = logging.getLogger("sparsurf")
 
 # The picture of a surface with more dots shows about so many, evenly spread: enough for the eye, in a page that stays small
-MAX_DOTS_OF_PICTURE, FEWER_DOTS = 200_000, 100_000
+MAX_DOTS_OF_PICTURE, FEWER_DOTS = 200_000, 50_000
 # Of dots chosen one after another, each at a distance from those before: dots on an area of the squared distance
 DOTS_PER_SQUARED_DISTANCE = 0.7
-STEP_PER_DISTANCE = 1.5  # of the grid of triangles between them: 2.7 corners for each dot
+# Of the grid of triangles between them: 4.3 corners for each dot. The triangles of a wider grid look angular
+STEP_PER_DISTANCE = 1.25
 STEPS_OF_PAGE = 4  # of a page: the roughness, the triangles, the fields, and the page itself
 
 
