@@ -534,6 +534,7 @@ def test_a_predicted_model_loses_its_doubtful_residues(tmp_path):
 
 
 def test_the_same_warning_of_two_structures_is_listed_twice(tmp_path):
+    """And beside those of a batch the ones of the pages, as what is excluded stands beside what failed."""
     run = tmp_path / "run"
     config = check_config(config_of(tmp_path))
     surfaces = analyse_batch([Structure("a", str(tmp_path / "a.pdb"))], Settings.of(config), config["seed"])[
@@ -551,12 +552,13 @@ def test_the_same_warning_of_two_structures_is_listed_twice(tmp_path):
         tables.write_parquet(run / name / "0001.parquet", name, table)
     files = {name: str(run / path) for name, path in FILES_OF_RUN.items()}
     paths = [str(run / name / "0001.parquet") for name in rows]
-    close_batches(run, paths, [], [], {}, files)
+    of_page = [("a", "c1", "draw_view", sentence) for sentence in ("it lacks atoms", "told by a page")]
+    close_batches(run, paths, [], of_page, {"left": "by hand"}, files)
     listed = pd.read_csv(files["warnings"])
-    assert listed["sentence"].tolist() == ["it lacks atoms", "it has two models", "it lacks atoms"]
-    assert listed["protein"].tolist() == ["a", "a", "b"] and listed["job"].unique().tolist() == [
-        "analyse_batch"
-    ]
+    sentences = ["it lacks atoms", "it has two models", "it lacks atoms", "told by a page"]
+    assert listed["sentence"].tolist() == sentences and listed["protein"].tolist() == ["a", "a", "b", "a"]
+    assert listed["job"].tolist() == [*3 * ["analyse_batch"], "draw_view"]
     page = " ".join(Path(files["page"]).read_text().split())
     assert "x19 and 3 more" in page and "x20" not in page  # 23 failed, and 20 are named
-    assert len(pd.read_csv(files["failures"])) == 23
+    failures = pd.read_csv(files["failures"])
+    assert len(failures) == 24 and failures.iloc[0].tolist() == ["left", "by hand"]

@@ -394,7 +394,7 @@ def test_claims_follow_from_the_numbers(page):
     assert holds(bins=one)["flat"] == ("no", "yes")  # a bin of nine test dots says nothing
 
 
-@pytest.mark.parametrize(("off", "answer"), [(0.9, "yes"), (1.1, "no")])
+@pytest.mark.parametrize(("off", "answer"), [(0.9, "yes"), (1.1, "no"), (-1.1, "no")])
 def test_a_uniform_subset_keeps_alpha_to_one_percent(off, answer):
     grid = pd.DataFrame({"alpha": [0.1, 0.5, 0.5], "beta": [0.0, 0, 1], "gamma": 0.0, "delta": 0.0})
     found = describe_uniform(grid.assign(n_S_percent=[10.0, 50 + off, 80]), 7.0)
@@ -736,8 +736,19 @@ def test_the_place_of_the_published_best_is_said_of_both_readings(page, is_ours,
 
 
 def test_every_row_of_the_page_is_that_of_its_table(page):
-    """Each table of the page, by the columns of the tables that it is made of."""
-    shown, (grid, rows, readings) = Page(html_of(page)).rows, (page["grid"], page["rows"], ("kept", "full"))
+    """Each table of the page, by the columns of the tables that it is made of, and the answers to each claim."""
+    found, html = paper_page(page), Page(html_of(page))
+    shown, (grid, rows, readings) = html.rows, (page["grid"], page["rows"], ("kept", "full"))
+    claims = {name: [*holds.values()] for name, holds in found["claims"]}
+    links = [(link.attributes["href"], link.text) for link in html.find("a", inside="text")]
+    assert {name: [text for href, text in links if href == f"#{name}"] for name in claims} == claims
+    assert any(kept != full for kept, full in claims.values())
+    titles = {
+        row[0]: row[1:] for table in html.tables if table[0][0] == "the paper says" for row in table[1:]
+    }
+    of_figures = [row for table in html.tables if "says of Fig." in table[0][0] for row in table[1:]]
+    assert of_figures and all(titles[title] == answers for title, *answers in of_figures)
+    assert [answer.text.rstrip(",") for answer in html.find("span", inside="big")] == claims["positive"]
     words = {reading: words_of(reading) for reading in readings}
     null = page["best"]["references"]["Z_mean_descriptor"]
 
@@ -748,6 +759,23 @@ def test_every_row_of_the_page_is_that_of_its_table(page):
         return interval(*(row[f"{name}_{end}"] for end in ("mean", "lowest", "highest"))) or "–"
 
     wanted = []
+    by_combination = grid.set_index(PARAMETERS)
+    for reading in readings:
+        of_all = page["best"][reading]["unrestricted"]
+        d = interval(*(of_all[f"d_cv{end}"] for end in ("", "_low", "_high")))
+        of_published = by_combination.loc[(1, 0, 6, 0)]
+        wanted.append([words[reading], str(Combination.from_row(of_all)), d, f"{of_all['n_best_set']:.0f}"])
+        wanted[-1].append(measured(of_published, reading))
+    for name, fixed in LIMIT_CASES.items():
+        cells = []
+        for reading in readings:
+            of_case = grid[(grid[[*fixed]] == [*fixed.values()]).all(axis=1)]
+            top = of_case.nlargest(1, f"d_{reading}").to_dict("records")
+            cells += [
+                cell for row in top for cell in (str(Combination.from_row(row)), measured(row, reading))
+            ]
+        wanted.append([name, *(cells or 4 * ["–"])])
+    assert sum(row[1] != "–" for row in wanted) > 2
     best = [page["ranges"][page["ranges"]["reading"] == reading].to_dict("records") for reading in readings]
     for k, (row, run) in enumerate(
         zip(rows.to_dict("records"), page["places"].to_dict("records"), strict=True), 1

@@ -121,7 +121,7 @@ def enough(n=1, density=0.7):
     rows = [
         {
             "density": density * (1 + k / 10),
-            "n_S_percent": 13.0 + k,
+            "n_S_percent": 13.0 + k * (k - 1) / 2,  # whose median is not their mean
             "mean": 0.02 - k / 1000,
             "high_99": 0.1 + k / 100,
             "model": "interpolant" if k == 3 else "spheres",

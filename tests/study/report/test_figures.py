@@ -186,6 +186,17 @@ def test_the_law_and_the_subset_are_drawn_where_they_are():
         assert subset.get_xydata().tolist() == [[0.7, error]]
 
 
+def test_a_dot_of_a_pair_is_the_mean_of_its_partners():
+    """Of three pairs whose partners differ by 0.2, for each score; the mean of all with its interval is drawn above them."""
+    ax = PICTURES["pairs"]().axes[0]
+    dots, _, means = (
+        [line.get_xdata() for line in ax.lines[:-1] if line.get_marker() == mark]
+        for mark in (".", "None", "o")
+    )
+    for of_pairs, mean, wanted in zip(dots, means, ([0.4, 0.5, 0.6], [0.65, 0.75, 0.85]), strict=True):
+        assert sorted(of_pairs) == pytest.approx(wanted) and mean == pytest.approx([np.mean(wanted)])
+
+
 def test_a_cell_of_the_map_has_the_colour_of_its_d():
     """At the largest alpha; gamma and delta have other steps and other values."""
     table = grid(gamma=[0, 2, 10], delta=[0, 5, 10])

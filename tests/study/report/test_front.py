@@ -17,6 +17,7 @@ from browser import Browser, programs
 from parsed_pages import Page
 from sparsurf.version import __version__
 from sparsurf.views import layout
+from sparsurf_study.report import page as pages
 from sparsurf_study.report.closing import close_partial_run
 from sparsurf_study.report.finished import Finished
 from sparsurf_study.report.first_page import surfaces
@@ -24,7 +25,6 @@ from sparsurf_study.report.first_page.pairs import verdict_of
 from sparsurf_study.report.front import warned, write_front
 from sparsurf_study.report.provenance import RunOrigin
 from sparsurf_study.report.summaries import summarise_comparison, summarise_pairs
-from sparsurf_study.workflow.origin import origin_of
 
 D = {"kept": [0.5, 2.42, 2.6, 0.2], "full": [-0.13, -0.26, -0.3, -0.1]}  # by range
 BEST = (1.0, 0.0, 4.0, 6.0)  # of the second range
@@ -48,7 +48,7 @@ def write_run(folder, places=("p/c1",), errors=(0.02,)):
     n = np.arange(1, len(places) + 1)
     surfaces = surfaces.assign(
         N=1000 * n, area=200.0 * n, mean_roughness=0.5 + 0.1 * n, minimal_n_S=40 + 5 * n, minimal_n_S_percent=8.0 / n,
-        minimal_n_S_percent_low=7.0 / n, minimal_n_S_percent_high=9.0 / n, minimal_density=0.2 * n,
+        minimal_n_S_percent_low=7.0 / n, minimal_n_S_percent_high=9.0 / n, minimal_density=0.2 * n**2,
         recovered_mean=errors, recovered_high_99=5 * np.array(errors), recovered_largest=10 * np.array(errors),
         recovered_Z_published=0.5, recovered_Z_rotation_robust=0.7, best_kept="x", best_full="x",
     )  # fmt: skip
@@ -93,15 +93,23 @@ def enlarged(page):
     return page.find("img", inside="zoom")
 
 
-def test_the_card_of_the_dots_says_how_many_atoms_determine_the_surface(tmp_path):
-    files = write_run(tmp_path)
-    area = pd.read_csv(tmp_path / "surfaces.csv")["area"].iloc[0]
-    path = "p/c1/surface_atoms.csv"
-    pd.DataFrame({"atom": range(57)}).to_csv(tmp_path / path, index=False)
-    answers = write_front(tmp_path / "index.html", [*files, path], {})
-    sentence = f"57 atoms ({57 / area:.2f} per Å²) determine the surface exactly"
-    page = page_of(tmp_path)
-    assert sentence in page.words and path in page.links and any(sentence in answer for answer in answers)
+@pytest.mark.parametrize(
+    ("n_atoms", "words"),
+    [([57], "57 atoms (0.28 per Å²{})"), ([300, 92, 60], "92 atoms (0.23 per Å²{})")],
+)
+def test_the_card_of_the_dots_says_how_many_atoms_determine_the_surface(tmp_path, n_atoms, words):
+    """Of surfaces of 200, 400 and 600 Å²: the median of the densities is not the density of the medians."""
+    places = [f"{name}/c1" for name in "abc"[: len(n_atoms)]]
+    files = write_run(tmp_path, places, [0.02] * len(places))
+    paths = [f"{place}/surface_atoms.csv" for place in places]
+    for path, n in zip(paths, n_atoms, strict=True):
+        pd.DataFrame({"atom": range(n)}).to_csv(tmp_path / path, index=False)
+    answers = write_front(tmp_path / "index.html", [*files, *paths], {})
+    page, sentence = page_of(tmp_path), f"{words} determine the surface exactly"
+    assert sentence.format(", median" * (len(places) > 1)) in page.words
+    assert any(sentence.format("") in answer for answer in answers)
+    of_card = [link.attributes["href"] for link in page.find("a", inside="card")]
+    assert (paths[0] in of_card) == (len(places) == 1)
 
 
 @pytest.mark.parametrize(
@@ -183,21 +191,24 @@ def test_the_answer_counts_size_ranges_and_surfaces(
 
 
 @pytest.mark.parametrize(
-    ("decided_by", "minimal", "limit"),
+    ("decided_by", "minimal", "limit", "model", "words"),
     [
-        ("99 % back", {"error": 0.02}, "1 % of the reconstructed surface may deviate by more than 0.1 Å;"),
-        (
-            "99 % forth",
-            {"error": 0.03, "error_99": 0.2},
-            "1 % of the true surface may deviate by more than 0.2 Å;",
-        ),
+        ("99 % back", {"error": 0.02}, "1 % of the reconstructed surface may deviate by more than 0.1 Å;",
+         "spheres", "atoms are inferred"),
+        ("99 % forth", {"error": 0.03, "error_99": 0.2}, "1 % of the true surface may deviate by more than 0.2 Å;",
+         "interpolant", "interpolated between"),
     ],
-)
-def test_the_second_limit_of_the_error_is_named_where_it_decides(tmp_path, decided_by, minimal, limit):
+)  # fmt: skip
+def test_the_second_limit_of_the_error_and_the_model_are_named(
+    tmp_path, decided_by, minimal, limit, model, words
+):
+    """The limit where it decides, on the page and, of the model, on the terminal as well."""
     files = write_run(tmp_path)
-    pd.DataFrame({"decided_by": [decided_by]}).to_csv(tmp_path / "p/c1/recovered.csv", index=False)
-    write_front(tmp_path / "index.html", files, {}, minimal=minimal)
+    table = pd.DataFrame({"decided_by": [decided_by], "model": model})
+    table.to_csv(tmp_path / "p/c1/recovered.csv", index=False)
+    answers = write_front(tmp_path / "index.html", files, {}, minimal=minimal)
     assert limit in text_of(tmp_path) and f"below {minimal['error']} Å." in text_of(tmp_path)
+    assert words in text_of(tmp_path) and words in answers[-1]
 
 
 def test_d_is_drawn_in_its_row_to_scale(tmp_path):
@@ -211,6 +222,20 @@ def test_d_is_drawn_in_its_row_to_scale(tmp_path):
     expected = [d * scale for pair in zip(D["kept"], D["full"], strict=True) for d in pair]
     np.testing.assert_allclose(drawn, expected, atol=0.11)
     assert scale > 20
+    bars = [line.attributes for line in page.find("line", inside="mark")]
+    ends = [(float(bar["x1"]) - zero, float(bar["x2"]) - zero) for bar in bars]
+    wanted = [
+        (scale * (d - 0.25), scale * (d + 0.3))
+        for pair in zip(D["kept"], D["full"], strict=True)
+        for d in pair
+    ]
+    np.testing.assert_allclose(ends, wanted, atol=0.15)
+    numbers = {float(mark.text.replace("−", "-")): float(mark.attributes["x"]) for mark in page.find("text")}
+    assert len(numbers) > 3 and min(numbers) < 0
+    np.testing.assert_allclose([x - zero for x in numbers.values()], [scale * d for d in numbers], atol=0.15)
+    said = [drawing.attributes["aria-label"] for drawing in page.find("svg", inside="tbody")]
+    for words, row in zip(said, [row for row in page.rows if "to" in row[0]], strict=True):
+        assert row[2] in words and row[4] in words
 
 
 def test_subsets_that_fall_apart_are_marked_where_the_table_says_so(tmp_path):
@@ -245,24 +270,6 @@ def test_a_page_says_what_the_run_was_started_with(tmp_path):
     assert "gone.pdb" not in text and __version__ in text
 
 
-def test_the_origin_of_a_run_names_its_config_and_each_input_once(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    config = {
-        "proteins": {
-            "p": {"structure": "p.pdb", "trajectory": str(tmp_path / "t.xtc")},
-            "q": {"structure": "p.pdb"},
-        },
-        "pairs": {"a": {"files": ["p.pdb", "/data/b.pdb"]}, "c": {"complex": "c.pdb"}},
-    }
-    inputs = ["p.pdb", "t.xtc", "/data/b.pdb", "c.pdb"]
-    assert origin_of(config, [tmp_path / "mine.yaml", "other.yaml"]) == RunOrigin(
-        "make run CONFIG=mine.yaml", inputs, 4
-    )
-    assert origin_of(config, ["config.yaml"]).command == "make run"
-    many = {"proteins": {str(k): {"structure": f"{k}.pdb"} for k in range(51)}, "pairs": {}}
-    assert origin_of(many, []) == RunOrigin("make run", [], 51)
-
-
 def test_a_winner_that_keeps_the_most_dots_stands_below_the_ranges_though_they_are_rounded(tmp_path):
     files, path = write_run(tmp_path), tmp_path / "p/c1/best.json"
     best = json.loads(path.read_text())
@@ -290,7 +297,7 @@ def test_answers_count_ranges_and_surfaces_where_there_are_many(tmp_path):
     assert answers[2].startswith(
         "Best parameters on average over 4 surfaces: (α, β, γ, δ) = (0.8, 0.2, 4, 10)"
     )
-    assert "median of 4 surfaces: 3.3 % of the dots" in answers[3]
+    assert "median of 4 surfaces: 3.3 % of the dots, 1.30 per Å²." in answers[3]
     assert "by 0.040 Å on average, 99 % of it by up to 0.450 Å, and no part by more than" in answers[3]
     page = page_of(tmp_path)
     (row,) = [row for row in page.rows if row[0].startswith("25 ") and "to 5.42" in row[2]]
@@ -533,6 +540,13 @@ def test_one_test_of_all_rows_decides_whether_table_1_is_reproduced(tmp_path, p,
         "Undecided": "It is undecided",
     }
     assert answer.startswith(starts[word]) and f"{n_runs} runs" in answer
+    if word == "Yes":
+        more = ["paper_places.csv", "paper_tests.csv", "verdict.html", "table1.png"]
+        write_front(tmp_path / "index.html", [*files, *more], {})
+        page = page_of(tmp_path)
+        (drawn,) = [picture for picture in enlarged(page) if picture.attributes["src"] == "table1.png"]
+        counts = re.findall(r"\d+ of 4|\d+ runs", drawn.attributes["alt"])
+        assert counts == ["1 of 4", "2 of 4", f"{n_runs} runs"] and "verdict.html" in page.links
 
 
 def test_frames_are_summed_up_by_their_mean_and_their_ends(tmp_path):
@@ -545,9 +559,20 @@ def test_frames_are_summed_up_by_their_mean_and_their_ends(tmp_path):
     (tmp_path / "a").mkdir()
     frames[:2].assign(n_S_percent=[20.0, 30]).to_csv(tmp_path / "a/ensemble.csv", index=False)
     (_, other) = write_front(
-        tmp_path / "index.html", [*files, "a/ensemble.csv", "p/residues_over_time.csv"], {}
+        tmp_path / "index.html",
+        [
+            *files,
+            "a/ensemble.csv",
+            "p/residues_over_time.csv",
+            "a/figures/simulation.png",
+            "a/simulation/quality.csv",
+        ],
+        {},
     )
     lines = text_of(tmp_path)
+    assert "The simulation of a" in lines and "The simulation of p" not in lines
+    sources = [picture.attributes["src"] for picture in enlarged(page_of(tmp_path))]
+    assert "a/figures/simulation.png" in sources and "a/simulation/quality.csv" in page_of(tmp_path).links
     assert "residues_over_time.csv: the roughness of each residue in every frame" in lines
     assert "residues.csv: the roughness of each residue, mean over all frames" in lines
     assert other == (
@@ -579,7 +604,7 @@ def test_frames_are_summed_up_by_their_mean_and_their_ends(tmp_path):
     assert any(words.endswith(kept) for words in page.alternatives) and "p/residues.csv" in page.links
 
 
-def test_each_part_of_a_surface_has_its_own_numbers_and_pictures(tmp_path):
+def test_each_part_of_a_surface_has_its_own_numbers_and_pictures(tmp_path, monkeypatch):
     files = write_run(tmp_path)
     pictures = [f"p/c1/pictures/{name}.png" for name in ("minimal", "roughness", "sampled")]
     for path in [*pictures, "p/c1/figures/roughness.png"]:
@@ -613,6 +638,15 @@ def test_each_part_of_a_surface_has_its_own_numbers_and_pictures(tmp_path):
     surface = next(row for row in page.rows if row[1] == "p")
     assert surface[2:] == ["1,000", "200", "0.60", "45", "8.0", "0.020", "0.50", "0.70",
                            "minimal.csv residues.csv"]  # fmt: skip
+    maps = next(words for words in shown if words.startswith("Maps of d"))
+    assert re.findall(r"2\.42|\(1, 0, 4, 6\)|\d+ %", maps) == ["2.42", "(1, 0, 4, 6)", "43 %"]
+    assert "This page is self-contained." in text
+    size = max(len(picture.attributes["src"]) for picture in enlarged(page))
+    monkeypatch.setattr(pages, "MAX_PAGE_BYTES", 2 * size + 9)
+    write_front(tmp_path / "index.html", files, {})
+    sources = [picture.attributes["src"] for picture in enlarged(page_of(tmp_path))]
+    outside = [source for source in sources if not source.startswith("data:")]
+    assert 1 < len(outside) < len(sources) and f"last {len(outside)} figures." in text_of(tmp_path)
 
 
 def test_a_winner_of_few_dots_has_the_d_of_its_own_range(tmp_path):
@@ -639,9 +673,11 @@ def test_a_winner_of_few_dots_has_the_d_of_its_own_range(tmp_path):
 def test_many_surfaces_stand_by_their_share_and_only_the_first_of_them(tmp_path, monkeypatch):
     places = ["a/c1", "b/f1", "b/f2", "d/c1"]
     files = [*write_run(tmp_path, places, (0.02, 0.03, 0.05, 0.09)), "surfaces.csv", "relation.csv"]
+    files += [f"{place}/minimal.csv" for place in places]
     monkeypatch.setattr(surfaces, "MAX_ROWS", 3)
     write_front(tmp_path / "index.html", files, {"d/c1": "too `small`", "e": "gone"})
     page = page_of(tmp_path)
+    assert [link.attributes["href"] for link in page.find("a", inside="card")] == ["surfaces.csv"]
     text = page.words
     rows = next(table for table in page.tables if table[0][1] == "surface")[1:]
     assert [row[1] for row in rows] == ["d", "b/f2", "b/f1"]  # 2, 2.7 and 4 %; c1 alone is not named
@@ -736,9 +772,37 @@ def test_each_surface_has_its_own_parts_where_one_was_not_sampled(tmp_path, name
     assert "Yes: in all 4 size ranges the sampling" in text  # of the sampled one alone
     rows = [row[1:3] for row in page.rows if len(row) > 9 and row[1] in ("012", name)]
     assert rows == [["012", "1,000"], [name, "2,000"]]
-    assert "Medians over 2 surfaces." in text and "6.0 % 0.30 per Å²" in text
+    assert "Medians over 2 surfaces." in text and "6.0 % 0.50 per Å²" in text
     linked = [link.attributes["href"] for link in page.find("a", inside="card")]
     assert linked == [f"{place}/minimal.csv" for place in places]
+    of_first = [
+        link.attributes["href"] for link in page.find("a", inside="li") if "/" in link.attributes["href"]
+    ]
+    assert "belong to 012." in text and {path.split("/")[0] for path in of_first} == {"012"}
+
+
+def test_a_run_on_pairs_shows_its_surfaces_and_does_not_ask_how_few_dots_are_enough(tmp_path):
+    files = [path for path in write_run(tmp_path) if path not in ("summary.csv", "relation.csv")]
+    (tmp_path / "pairs").mkdir()
+    rows = [("x", side, score, 0.7) for side in (1, 2) for score in ("propensity_smoothed", "protrusion")]
+    table = pd.DataFrame(rows, columns=["complex", "partner", "score", "auc"]).assign(low=0.6, high=0.8)
+    table.to_csv(tmp_path / "pairs/pairs.csv", index=False)
+    shown = []
+    for more in ([], ["pairs/pairs.csv", "pairs/x/book.png"]):
+        answers = write_front(tmp_path / "index.html", [*files, *more], {})
+        page = page_of(tmp_path)
+        assert any(row[1:3] == ["p", "1,000"] for row in page.rows)  # the table of surfaces
+        asked = [head.text for head in page.find("h2") if head.text.startswith("How many dots")]
+        assert bool(asked) != bool(more) == (not any("minimal.csv" in answer for answer in answers))
+        shown.append((page.find("h1")[0].text, page.find("lede")[0].text))
+    assert shown[0][0] != shown[1][0] and "partner" in shown[1][1] and "partner" not in shown[0][1]
+
+
+def test_many_proteins_are_counted_in_the_heading(tmp_path):
+    """Proteins, not their conformations."""
+    places = ["a/f0", *(f"{name}/f1" for name in "abcdefg")]
+    write_front(tmp_path / "index.html", write_run(tmp_path, places, [0.02] * len(places)), {})
+    assert "the surfaces of 7 proteins, and" in page_of(tmp_path).find("h1")[0].text
 
 
 @pytest.mark.slow

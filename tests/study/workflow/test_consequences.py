@@ -21,7 +21,6 @@ from peptides import peptide
 from small_study import SETTINGS, changed, copy_of, planned_jobs, run_job, write_study
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.surfaces.formats.npz import read_npz
-from sparsurf.views.numbers import share
 from sparsurf_study.batches.tables import read_parquet
 from sparsurf_study.workflow import ledger
 from sparsurf_study.workflow.code_version import code_of
@@ -494,17 +493,6 @@ def test_a_key_changes_its_tables_of_a_batch_and_no_others(analysed, batch, tmp_
 def test_a_batch_does_not_follow_the_keys_of_the_grid(analysed, batch, key, value):
     after = jobs_of_batch(analysed[0], changed(batch, key, value))["analyse_batch"]
     assert not rules_given_something_else({("batch",): analysed[1]["analyse_batch"]}, {("batch",): after})
-
-
-def test_the_page_of_a_batch_has_the_share_of_all_dots(analysed):
-    """Not the mean of the shares, which differs where structures are of unequal size."""
-    results = analysed[0] / "results/small"
-    surfaces = read_parquet(results, "surfaces")
-    shares = 100 * surfaces["minimal_n_S"] / surfaces["N"]
-    of_all = 100 * surfaces["minimal_n_S"].sum() / surfaces["N"].sum()
-    page = (results / "index.html").read_text(encoding="utf-8")
-    assert share(of_all) != share(shares.mean())
-    assert f"{share(of_all)}&nbsp;%" in page and f"{share(shares.mean())}&nbsp;%" not in page
 
 
 def models(n):
