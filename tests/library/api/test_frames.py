@@ -147,19 +147,22 @@ def stop_before_writing(monkeypatch, molecule, path, **options):
             sparsurf.frames(molecule, path=path, **options)
 
 
-@pytest.mark.parametrize("changed", ["xyz", "residue_name", "frame_number"])
-def test_parts_of_another_trajectory_are_not_taken(seven, tmp_path, monkeypatch, changed):
-    """Neither those of other positions, nor of other residues, nor of other frames of the file, of a stopped run."""
-    molecule = sparsurf.read_molecule(seven)
+@pytest.mark.parametrize("changed", ["xyz", "residue_name", "frame_number", "probe_radius"])
+def test_parts_of_another_trajectory_or_surface_are_not_taken(seven, tmp_path, monkeypatch, changed):
+    """Neither those of other positions, residues or frames of the file, nor of another probe, of a stopped run."""
+    molecule, arguments = sparsurf.read_molecule(seven), {}
     other = {
         "xyz": molecule.xyz[::-1],
         "residue_name": np.where(molecule.chain == "B", "GLY", molecule.residue_name),
         "frame_number": molecule.frame_number + 3,
     }
     stop_before_writing(monkeypatch, molecule, tmp_path / "run.csv")
-    molecule = replace(molecule, **{changed: other[changed]})
-    sparsurf.frames(molecule, path=tmp_path / "run.csv")
-    sparsurf.frames(molecule, path=tmp_path / "alone.csv")
+    if changed == "probe_radius":
+        arguments = {changed: 1.6}
+    else:
+        molecule = replace(molecule, **{changed: other[changed]})
+    sparsurf.frames(molecule, path=tmp_path / "run.csv", **arguments)
+    sparsurf.frames(molecule, path=tmp_path / "alone.csv", **arguments)
     for end in ("", "_frames"):
         assert (tmp_path / f"run{end}.csv").read_bytes() == (tmp_path / f"alone{end}.csv").read_bytes()
 

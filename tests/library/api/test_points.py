@@ -289,18 +289,21 @@ def test_a_stopped_folder_continues_to_the_same_bytes(folder, tmp_path, monkeypa
 
     def noted(path, *arguments):
         taken.append(path.stem)
-        if path.stem == "d" and len(taken) == 4:
+        if path.stem == "d" and len(taken) in (4, 8):
             raise KeyboardInterrupt
         return chosen(path, *arguments)
 
     monkeypatch.setattr(api_points, "_chosen", noted)
     words = ["points", str(tmp_path), "-n", "40", "--fields", "hydropathy", "-o", str(tmp_path / "x.parquet")]
-    assert command.main(words) == command.INTERRUPTED and taken == [*"abcd"]
+    others = [*words[:3], "39", *words[4:]]
+    for arguments in (others, words):  # the second takes nothing of the first
+        assert command.main(arguments) == command.INTERRUPTED
+    assert taken == 2 * [*"abcd"]
     (store,) = tmp_path.glob(".x.parquet.*")
     with (tmp_path / "b.pdb").open("a") as file:
         file.write("REMARK another file\n")
     capfd.readouterr()
-    assert command.main(words) == 0 and taken[4:] == [*"bcd"]
+    assert command.main(words) == 0 and taken[8:] == [*"bcd"]
     said = capfd.readouterr().err
     assert ": 1 structure of a stopped call followed from other input" in said and not store.exists()
     assert ": 120 points on 3 structures, of which 1 was finished before; 1 structure left out\n" in said

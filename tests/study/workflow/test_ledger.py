@@ -365,7 +365,7 @@ def test_records_of_a_newer_version_are_refused(folder):
     assert before == (path.read_bytes(), Path("results/r/p/explained.csv").read_bytes())
 
 
-@pytest.mark.parametrize("number", [errno.ENOSPC, errno.EROFS, errno.EACCES])
+@pytest.mark.parametrize("number", [errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES])
 def test_a_record_that_cannot_be_written_is_a_sentence_and_keeps_other_results(folder, monkeypatch, number):
     run(snakemake(outputs=["results/r/kept.csv"], rule="earlier"))
 
@@ -550,6 +550,8 @@ def write_metadata(output, params):
 
 
 def test_downloads_and_simulations_of_an_earlier_version_are_kept(earlier):
+    """Also where plain Snakemake asks, which adopts nothing."""
+    assert [*ledger.disagreements(RUN).results] == ["results/r/s/c1/surface.npz"]
     adopted = adoption.adopt(earlier, RUN, Path("metadata"))
     assert [kept.log for kept in adopted] == [
         "s/prepare_system", *(f"s/simulate_{stage}" for stage in adoption.STAGES), "d/fetch_1UBI.cif.gz"

@@ -9,6 +9,7 @@ import threading
 from functools import partial
 from hashlib import sha256
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -31,6 +32,7 @@ from small_study import (
     write_study,
 )
 from sparsurf_study import catalogue
+from sparsurf_study.workflow import ledger
 
 pytestmark = pytest.mark.slow
 
@@ -226,6 +228,7 @@ def test_a_protein_that_fails_does_not_stop_the_others(checkout):
     assert (run / "pairs/good/agreement.csv").exists() and (run / "pairs/pairs.csv").exists()
     page = (run / "index.html").read_text()
     assert page.count('class="thumb"') == 3 and "bad.pdb holds no atoms" in page
+    assert "Computed with numpy" in page
 
 
 def test_warnings_are_on_the_terminal_in_a_table_and_on_the_first_page(checkout):
@@ -263,8 +266,13 @@ def test_what_does_not_need_what_failed_has_all_of_its_files(checkout, study):
     assert {"figures/roughness.png", "figures/roughness.svg"} <= still
 
 
-def test_the_next_run_does_only_what_failed(checkout):
+def test_the_next_run_does_only_what_failed(checkout, monkeypatch):
+    """And what was written without its job is made again without a word."""
     root, _, again = checkout
+    with monkeypatch.context() as patch:
+        patch.chdir(root)
+        found = ledger.disagreements(Path("results", "mine")).results
+    assert found["results/mine/surfaces.csv"] == "" and not any(found.values())
     jobs = re.findall(r"^ +\d+ of \d+  (.*) \(\d+ s\)$", again.stdout, re.M)
     assert not [job for job in jobs if "two" in job or "still" in job]
     planned = make_run(root, "--dry-run")

@@ -219,6 +219,10 @@ def test_a_killed_snakemake_is_named_beside_the_jobs_that_had_failed_before(chec
         (["pairs/files/draw_pair"], {"pairs/files": "draw_pair: ?"}),
         (["changes/two/draw_changes"], {"changes/two": "draw_changes: ?"}),
         (["q/c1/draw_view"], {"q/c1": "?", "pairs/both": "?", "changes/two": "?"}),
+        (  # its own reason, though it needs a part that failed as well
+            ["pairs/both/draw_pair", "q/c1/draw_view"],
+            {"q/c1": "?", "pairs/both": "draw_pair: ?", "changes/two": "?"},
+        ),
         (["summarise_best"], {}),
     ],
 )
