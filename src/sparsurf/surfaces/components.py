@@ -72,7 +72,6 @@ def components_of(
 def components_of_rolled(surface: Surface, rolled: RolledProbe, kept: np.ndarray) -> np.ndarray:
     """Return `components_of` dots that were placed with a rolled probe; `kept` (K,) are its atoms among those of the dots."""
     rolling, n_atoms = _in_order_of_atoms(rolled), len(kept)
-    centres = surface.points - rolled.origin + rolled.probe * surface.normals
     rank = np.empty(n_atoms, np.int64)
     rank[rolled.by_position] = np.arange(n_atoms)
     owner = rank[np.searchsorted(kept, surface.atom)]
@@ -87,11 +86,12 @@ def components_of_rolled(surface: Surface, rolled: RolledProbe, kept: np.ndarray
     labels = label[owner]
     doubtful = np.flatnonzero(mixed[owner])
     _join_patches(joined, np.unique(owner[doubtful]), order, first, meeting, rolling)
-    labels[doubtful] = _nearest_arcs(centres[doubtful], owner[doubtful], order, first, rolling.arcs)
-    roots = np.append(set_of_arcs(joined), np.arange(n_atoms) + n_arcs)
-    _, labels, count = np.unique(roots[labels], return_inverse=True, return_counts=True)
+    centres = surface.points[doubtful] - rolled.origin + rolled.probe * surface.normals[doubtful]
+    labels[doubtful] = _nearest_arcs(centres, owner[doubtful], order, first, rolling.arcs)
+    roots = np.append(set_of_arcs(joined), np.arange(n_atoms) + n_arcs)[labels]
+    count = np.bincount(roots)
     # The largest first, and of equal ones that with the first arc: the number of a component depends on nothing else
-    return np.argsort(np.argsort(-count, kind="stable"))[labels]
+    return np.argsort(np.argsort(-count, kind="stable"))[roots]
 
 
 def _in_order_of_atoms(rolled: RolledProbe) -> Rolling:
@@ -121,10 +121,12 @@ def columns_of_components(surface: Surface, component: np.ndarray) -> dict[str, 
 def _signed_volumes(surface: Surface, component: np.ndarray) -> np.ndarray:
     """Return the volume of the space that each component encloses, Å^3, negative for cavities."""
     dots = np.bincount(component)
-    # from a point near by, small errors of closing stay small
-    centre = [np.bincount(component, axis) / dots for axis in surface.points.T]
-    flux = (surface.points - np.array(centre).T[component]) * surface.normals
-    return np.bincount(component, flux.sum(axis=1) * surface.area / 3)
+    flux = np.zeros(len(surface))
+    for position, outward in zip(surface.points.T, surface.normals.T, strict=True):
+        # from a point near by, small errors of closing stay small
+        centre = np.bincount(component, position) / dots
+        flux += (position - centre[component]) * outward
+    return np.bincount(component, flux * surface.area / 3)
 
 
 def summarize_components(table: pd.DataFrame | dict[str, np.ndarray]) -> dict[str, float | int]:
