@@ -203,7 +203,10 @@ def _by_depth() -> dict[int, list[Output]]:
 
 def _fits(pattern: Iterable[str], parts: Iterable[str]) -> bool:
     """Return whether the parts of a path are those of an output, whose placeholders stand for any names."""
-    return all(
-        part.endswith(expected.rpartition(">")[2]) if expected.startswith("<") else expected == part
-        for expected, part in zip(pattern, parts, strict=True)
-    )
+    for expected, part in zip(pattern, parts, strict=True):
+        if expected.startswith("<"):
+            if not part.endswith(expected.rpartition(">")[2]):
+                return False
+        elif expected != part:
+            return False
+    return True

@@ -77,7 +77,9 @@ def _columns_of(
     table: Mapping[str, Any], shared: Mapping[str, Column], suffixes: Mapping[str, str]
 ) -> Iterator[Column]:
     """Resolve the columns of one table, in order."""
-    entries = [entry for part in table["columns"] for entry in (part if isinstance(part, list) else [part])]
+    entries: list[Any] = []
+    for part in table["columns"]:
+        entries += part if isinstance(part, list) else [part]
     of_table = {name: Column(name, *definition) for name, definition in table.get("own", {}).items()}
     for entry in entries:
         if isinstance(entry, Mapping):

@@ -44,12 +44,10 @@ def round_by_error(table: pd.DataFrame) -> pd.DataFrame:
                 texts[column] = [
                     _text(value, error) for value, error in zip(table[column].tolist(), errors, strict=True)
                 ]
-    without_error = {
-        name: [_text(value, math.nan) for value in table[name].tolist()]
-        for name in floats
-        if name not in texts
-    }
-    return table.assign(**{str(name): values for name, values in (texts | without_error).items()})
+    for name in floats:
+        if name not in texts:
+            texts[name] = [_text(value, math.nan) for value in table[name].tolist()]
+    return table.assign(**{str(name): values for name, values in texts.items()})
 
 
 def _parts(name: str, part: str) -> list[str]:

@@ -60,11 +60,9 @@ def name_in_config(argument: str) -> str:
 
     An argument that no section has, or more than one, is called as in Python.
     """
-    sections = [
-        name
-        for name, field in StudySettings.model_fields.items()
-        if isinstance(field.annotation, type)
-        and issubclass(field.annotation, Section)
-        and argument in field.annotation.model_fields
-    ]
+    sections = []
+    for name, field in StudySettings.model_fields.items():
+        section = field.annotation
+        if isinstance(section, type) and issubclass(section, Section) and argument in section.model_fields:
+            sections.append(name)
     return f"{sections[0]}.{argument}" if len(sections) == 1 else argument

@@ -179,10 +179,11 @@ def residue_ranges(residues: pd.DataFrame, selected: np.ndarray) -> str:
 
 def common_residues(first: Form, second: Form) -> tuple[np.ndarray, np.ndarray]:
     """Find the residues that two forms share by chain and number, at least `MIN_COMMON_RESIDUES`: two (R,) rows of each form."""
-    row_of = [
-        {row: k for k, row in enumerate(zip(table["chain"], table["residue"], strict=True))}
-        for table in (first.molecule.residues, second.molecule.residues)
-    ]
+    row_of = []
+    for form in (first, second):
+        residues = form.molecule.residues
+        labels = zip(residues["chain"], residues["residue"], strict=True)
+        row_of.append({label: row for row, label in enumerate(labels)})
     common = [residue for residue in row_of[0] if residue in row_of[1]]
     if len(common) < MIN_COMMON_RESIDUES:
         raise InputError(

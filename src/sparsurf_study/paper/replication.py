@@ -107,10 +107,11 @@ def sweep_links(prepared: PreparedSurface, links: Sequence[float], n_tests: int,
     for link in links:
         linked = prepared.with_link(link)
         z_tot, _ = linked.describe(tests)
-        sampled, uniform = (
-            [values.reshape(shape) for values in compare_islands(linked, subsets, tests, z_tot)]
-            for subsets in zip(*pairs, strict=True)
-        )
+        measured = []
+        for subsets in zip(*pairs, strict=True):
+            values = compare_islands(linked, subsets, tests, z_tot)
+            measured.append([part.reshape(shape) for part in values])
+        sampled, uniform = measured
         d = estimate(uniform[0] - sampled[0])
         columns = {"d_link": link, "row": range(1, len(PUBLISHED_ROWS) + 1)}
         columns["n_S_percent"] = 100 * n_kept / len(prepared)

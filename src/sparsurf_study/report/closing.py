@@ -214,10 +214,10 @@ def write_crate(
         paths += sorted(result.rglob("*")) or [result]  # a folder stands for its files
     paths = [path for path in paths if path.is_file() and not path.name.startswith(".")]  # not Snakemake's
     folder = folder or folder_of_crate
-    files = {
-        path.relative_to(folder_of_crate if path.is_relative_to(folder_of_crate) else folder).as_posix(): path
-        for path in paths
-    }
+    files = {}
+    for path in paths:
+        home = folder_of_crate if path.is_relative_to(folder_of_crate) else folder
+        files[path.relative_to(home).as_posix()] = path
     text = json.dumps(describe_files(folder.name, files, answers), indent=1)
     Path(crate).write_text(text + "\n", encoding="utf-8")
 

@@ -86,6 +86,9 @@ def paper_page(data: dict[str, Any]) -> dict[str, Any]:
         "parameter_free": {"holds": both(False), "links": ends},
         "univocal": {"holds": both(False), "numbers": COEFFICIENTS},
     }
+    figures = []
+    for n, (name, names) in enumerate(CHAPTERS_OF_FIGURES.items(), start=1):
+        figures.append((n, name, [(k, chapters[k]["holds"]) for k in names]))
     return chapters | {
         "claims": [(name, chapter["holds"]) for name, chapter in chapters.items()],
         "readings": GRID_READINGS,
@@ -94,10 +97,7 @@ def paper_page(data: dict[str, Any]) -> dict[str, Any]:
         "curve": curve(data["links"]),
         "defects": defects(data["defects"]),
         "outlook": data["recovered"].iloc[0].to_dict(),
-        "figures": [
-            (n, name, [(k, chapters[k]["holds"]) for k in names])
-            for n, (name, names) in enumerate(CHAPTERS_OF_FIGURES.items(), start=1)
-        ],
+        "figures": figures,
     }
 
 
@@ -349,27 +349,26 @@ def curve(table: pd.DataFrame) -> dict[str, Any]:
     across = left + (width - left - 8) * ratio / last
     down = bottom - (bottom - top) * (table["d"] - low) / max(high - low, 1)
     points = table.assign(x=across.round(1), y=down.round(1), ratio=ratio).sort_values("d_link")
-    lines = [
-        (row, " ".join(f"{x},{y}" for x, y in rows[["x", "y"]].to_numpy()))
-        for row, rows in points.groupby("row")
-    ]
+    lines = []
+    for row, rows in points.groupby("row"):
+        lines.append((row, " ".join(f"{x},{y}" for x, y in rows[["x", "y"]].to_numpy())))
     best = points.iloc[int(points["d"].argmax())]
     crossings = []
     for _, rows in points.groupby("row"):
         k = int((rows["d"] < 0).to_numpy().argmax())  # 0 where d is never below 0
         if k and rows["d"].iloc[0] > 0:
             crossings.append(rows["ratio"].iloc[k])
-    step = max(1, math.ceil((high - low) / 6))
+    step, levels = max(1, math.ceil((high - low) / 6)), []
+    for level in range(low, high + 1):
+        if level % step == 0:
+            y = bottom - (bottom - top) * (level - low) / max(high - low, 1)
+            levels.append((round(y, 1), level))
     return {
         "width": width,
         "height": height,
         "left": left,
         "lines": lines,
-        "levels": [
-            (round(bottom - (bottom - top) * (k - low) / max(high - low, 1), 1), k)
-            for k in range(low, high + 1)
-            if k % step == 0
-        ],
+        "levels": levels,
         "ticks": [
             (round(left + (width - left - 8) * k / last, 1), k) for k in range(0, last + 1, max(1, last // 8))
         ],

@@ -41,9 +41,11 @@ def version() -> str:
 def _build_information() -> dict[str, str]:
     """Return the entries of `gmx --version` by name."""
     output = subprocess.run([program(), "--version"], capture_output=True, text=True, check=False).stdout
-    return {
-        key.strip(): value.strip() for key, _, value in (line.partition(":") for line in output.splitlines())
-    }
+    entries = {}
+    for line in output.splitlines():
+        key, _, value = line.partition(":")
+        entries[key.strip()] = value.strip()
+    return entries
 
 
 def force_field_folder(name: str) -> Path:

@@ -49,13 +49,11 @@ def energies(folders: Mapping[str, str | os.PathLike[str]]) -> pd.DataFrame:
 
 def _stored_quantities(folder: Path) -> list[str]:
     """Return the QUANTITIES of a stage: the minimisation has no temperature, and only a barostat gives a density."""
-    moving = (folder / "state.cpt").is_file()
-    text = (folder / "stage.mdp").read_text(encoding="ascii")
-    return [
-        name
-        for name in QUANTITIES
-        if name == "Potential" or (moving and (name != "Density" or "pcoupl = " in text))
-    ]
+    is_minimisation = not (folder / "state.cpt").is_file()
+    if is_minimisation:
+        return ["Potential"]
+    has_barostat = "pcoupl = " in (folder / "stage.mdp").read_text(encoding="ascii")
+    return [name for name in QUANTITIES if name != "Density" or has_barostat]
 
 
 def read_xvg(path: str | os.PathLike[str]) -> pd.DataFrame:

@@ -63,7 +63,10 @@ def needed_by(path: Path) -> frozenset[Path]:
     """Return the modules of this project that a Python file imports, and the data beside it that it names in quotes."""
     text = path.read_text(encoding="utf-8")
     names = {name for node in statements(tree_of_imports(text, path)) for name in imported_names(node, path)}
-    files = {file for name in names if name.partition(".")[0] in PACKAGES for file in files_of_module(name)}
+    files: set[Path] = set()
+    for name in names:
+        if name.partition(".")[0] in PACKAGES:
+            files |= {*files_of_module(name)}
     if "import_module(" in text:  # the only expression that imports; a walk over all of them takes long
         files |= {file for node in ast.walk(ast.parse(text)) for file in imported_by_name(node)}
     files |= {file for kind in kinds_loaded_by(path) for file in files_of_kind(kind)}
@@ -154,12 +157,11 @@ def code_of_package(choice: kinds.Choice) -> bytes:
     spec = find_spec(str(choice.source).partition(":")[0].partition(".")[0])
     folders = list(spec.submodule_search_locations or ()) if spec else []
     files = [Path(spec.origin)] if spec and spec.origin and not folders else []
-    files += [
-        path
-        for folder in folders
-        for path in Path(folder).rglob("*")
-        if path.is_file() and path.suffix != ".pyc" and "__pycache__" not in path.parts
-    ]
+    for folder in folders:
+        for path in Path(folder).rglob("*"):
+            is_bytecode = path.suffix == ".pyc" or "__pycache__" in path.parts
+            if path.is_file() and not is_bytecode:
+                files.append(path)
     for path in sorted(files):
         size = path.stat().st_size
         content = path.read_bytes() if size <= LARGEST_FILE_READ else str(size).encode()

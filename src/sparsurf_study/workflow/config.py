@@ -137,11 +137,11 @@ def _structure_by_id(pdb: str | None) -> str | None:
 
 def _with_file_at_home(protein: dict, home: Path) -> dict:
     """Let the path of a file that lies only in `home` start there."""
-    moved = {
-        key: str(home / protein[key])
-        for key in FILE_KEYS
-        if key in protein and not os.path.exists(protein[key]) and os.path.isfile(home / protein[key])
-    }
+    moved = {}
+    for key in protein.keys() & FILE_KEYS:
+        at_home = home / protein[key]
+        if os.path.isfile(at_home) and not os.path.exists(protein[key]):
+            moved[key] = str(at_home)
     return protein | moved
 
 

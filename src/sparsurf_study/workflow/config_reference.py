@@ -49,11 +49,8 @@ def _without_titles(rule: Any) -> Any:
     if not isinstance(rule, dict):
         return rule
     empty: dict[str, type] = {"title": str, "default": type(None)}
-    return {
-        key: _without_titles(value)
-        for key, value in rule.items()
-        if not (key in empty and isinstance(value, empty[key]))
-    }
+    kept = {key: value for key, value in rule.items() if not isinstance(value, empty.get(key, ()))}
+    return {key: _without_titles(value) for key, value in kept.items()}
 
 
 def reference_page() -> str:

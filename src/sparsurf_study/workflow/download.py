@@ -61,7 +61,7 @@ class _Redirects(urllib.request.HTTPRedirectHandler):
 def file_name(url: str) -> str:
     """Return the last part of the path of a URL, at most MAX_NAME_LENGTH characters, with underscores for special ones."""
     name = _parsed(url).path.rsplit("/", 1)[-1]
-    name = "".join(c if (c.isascii() and c.isalnum()) or c in "._-" else "_" for c in name).lstrip(".")
+    name = re.sub(r"[^A-Za-z0-9._-]", "_", name).lstrip(".")
     return name[-MAX_NAME_LENGTH:].lstrip(".") or "structure.pdb"  # the end has the suffix
 
 

@@ -54,11 +54,10 @@ class Record:
 
     def is_sound(self, run: Path) -> bool:
         """Return whether every part is of its type and every output of the run, as in a record that nobody has edited."""
-        texts = [self.outputs, self.inputs, self.versions]
-        are_texts = all(
-            isinstance(part, dict) and all(isinstance(text, str) for text in part.values()) for part in texts
-        )
-        if not (are_texts and isinstance(self.config, dict) and isinstance(self.time, int | float)):
+        for part in (self.outputs, self.inputs, self.versions):
+            if not (isinstance(part, dict) and all(isinstance(text, str) for text in part.values())):
+                return False
+        if not (isinstance(self.config, dict) and isinstance(self.time, int | float)):
             return False
         of_run = all(
             path.startswith(f"results/{run.name}/") and ".." not in path.split("/") for path in self.outputs
@@ -228,14 +227,13 @@ def disagreements(run: Path, metadata: Path | None = None) -> Disagreements:
                 by_kind[kind][path] = other
                 found.results |= dict.fromkeys(outputs, "")
     whole = {path for path in owners if os.path.isdir(path)}
-    by_kind["unrecorded"] = {
-        path: ""
-        for path in sizes
-        if path not in owners
-        and whole.isdisjoint(map(str, Path(path).parents))
-        and _is_of_a_rule(Path(path).relative_to(run))
-        and not (metadata is None and Path(path).relative_to(run).parts[1:2] in KEPT_FOLDERS)
-    }
+    for path in sizes:
+        if path in owners or not whole.isdisjoint(map(str, Path(path).parents)):
+            continue
+        of_run = Path(path).relative_to(run)
+        is_kept = metadata is None and of_run.parts[1:2] in KEPT_FOLDERS
+        if _is_of_a_rule(of_run) and not is_kept:
+            by_kind["unrecorded"][path] = ""
     found.results |= dict.fromkeys(by_kind["unrecorded"], "")
     stored.save()
     if by_kind["unrecorded"] and not any(record.origin == "job" for record in records.values()):
@@ -413,10 +411,10 @@ def broken_links(run: Path, codes: Set[str]) -> Iterator[str]:
     """
     records = read_records(run)
     owners = {output: path for path, record in records.items() for output in record.outputs}
-    needed = {
-        path: {owners[name] for name in record.inputs if owners.get(name, path) != path}
-        for path, record in records.items()
-    }
+    needed = {}
+    for path, record in records.items():
+        makers = {owners.get(name, path) for name in record.inputs}
+        needed[path] = makers - {path}
     for path in TopologicalSorter(needed).static_order():
         record = records[path]
         outputs = [output for output in record.outputs if owners[output] == path and os.path.exists(output)]

@@ -113,8 +113,11 @@ def _named_rows(key: str, path: str, columns: str) -> list[tuple[int, str, dict[
 
 def _is_empty(row: dict[str | None, Any]) -> bool:
     """Return whether no cell of a row holds anything, also beyond the header."""
-    cells = [cell for value in row.values() for cell in (value if isinstance(value, list) else [value])]
-    return not any(cell and cell.strip() for cell in cells)
+    for value in row.values():
+        cells = value if isinstance(value, list) else [value]
+        if any(cell and cell.strip() for cell in cells):
+            return False
+    return True
 
 
 def _cell(key: str, value: str, folder: Path) -> Any:

@@ -37,10 +37,10 @@ def table1_figure(places: pd.DataFrame, rows: pd.DataFrame) -> Figure:
         _panel(ax, places, rows, name)
         ax.set_xlabel(label)
     panels[0].axvline(0, color="black", linewidth=0.5, zorder=0)
-    names = [
-        f"{share(low)}–{share(high)} %   ({', '.join(f'{value:g}' for value in combination)})"
-        for low, high, *combination in rows[["n_S_low_percent", "n_S_high_percent", *PARAMETERS]].to_numpy()
-    ]
+    names = []
+    for low, high, *combination in rows[["n_S_low_percent", "n_S_high_percent", *PARAMETERS]].to_numpy():
+        values = ", ".join(f"{value:g}" for value in combination)
+        names.append(f"{share(low)}–{share(high)} %   ({values})")
     panels[0].set_yticks(range(len(rows)), names)
     panels[1].set_yticks([])
     handles = [

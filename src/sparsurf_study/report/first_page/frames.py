@@ -39,11 +39,9 @@ def of_frames(run: Run) -> list[dict[str, Any]]:
 
 def of_simulations(run: Run) -> list[dict[str, Any]]:
     """Collect each protein that was simulated in the run."""
-    return [
-        {
-            "name": folder.split("/")[0],
-            "figure": run.figure(f"{folder}/simulation.png"),
-            "links": run.links(folder.split("/")[0], "simulations"),
-        }
-        for folder in run.ending("simulation.png")[:MAX_SHOWN]
-    ]
+    found = []
+    for folder in run.ending("simulation.png")[:MAX_SHOWN]:
+        protein = folder.split("/")[0]
+        figure = run.figure(f"{folder}/simulation.png")
+        found.append({"name": protein, "figure": figure, "links": run.links(protein, "simulations")})
+    return found

@@ -68,17 +68,19 @@ def verdicts_of(counts: Mapping[str, list[tuple[int, int]]]) -> list[dict[str, A
     The answer on the full surface stands first. It is the one that counts beside others: whether a patch keeps its dots
     there follows from the full surface alone, while in a subset it depends on a link that was chosen for the full surface.
     """
-    verdicts = [
-        {
-            "reading": reading,
-            "k": k,
-            "counts": reading == FULL_READING and len(counts) > 1,
-            "above": sum(above for above, _ in pairs),
-            "total": sum(total for _, total in pairs),
-            "surfaces": sum(above > 0 for above, _ in pairs),
-        }
-        for k, (reading, pairs) in enumerate(counts.items())
-    ]
+    verdicts = []
+    for k, (reading, pairs) in enumerate(counts.items()):
+        above = [n_above for n_above, _ in pairs]
+        verdicts.append(
+            {
+                "reading": reading,
+                "k": k,
+                "counts": reading == FULL_READING and len(counts) > 1,
+                "above": sum(above),
+                "total": sum(total for _, total in pairs),
+                "surfaces": sum(n_above > 0 for n_above in above),
+            }
+        )
     return sorted(verdicts, key=lambda verdict: not verdict["counts"])
 
 
@@ -184,9 +186,12 @@ def fragmented_of(places: list[dict[str, Any]]) -> tuple[int, int] | None:
     """Count the ranges in which the sampling beats a random subset, and those of them whose subset is fragmented."""
     if not places:
         return None
-    better = [
-        row for place in places for row in place["rows"] if row["cells"][0] and row["cells"][0]["low"] > 0
-    ]
+    better = []
+    for place in places:
+        for row in place["rows"]:
+            of_first_reading = row["cells"][0]
+            if of_first_reading and of_first_reading["low"] > 0:
+                better.append(row)
     return sum(row["fragmented"] for row in better), len(better)
 
 

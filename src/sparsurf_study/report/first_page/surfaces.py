@@ -155,11 +155,10 @@ def of_residues(run: Run) -> list[dict[str, Any]]:
         table = run.read(path)
         rough = roughest(table)
         columns = [str(name) for name in table if str(name).startswith("mean_") and name != "mean_roughness"]
-        rows = [
-            [label, number(row["mean_roughness"]), number(row["area"], 0), f"{row['dots']:,.0f}"]
-            + [number(row[name]) for name in columns]
-            for label, row in zip(labels_of(rough), rough.to_dict("records"), strict=True)
-        ]
+        rows = []
+        for label, row in zip(labels_of(rough), rough.to_dict("records"), strict=True):
+            cells = [label, number(row["mean_roughness"]), number(row["area"], 0), f"{row['dots']:,.0f}"]
+            rows.append(cells + [number(row[name]) for name in columns])
         found.append(
             {
                 "k": k,
