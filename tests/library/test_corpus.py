@@ -259,6 +259,13 @@ def with_items(text, column, change):
     return block.as_string()
 
 
+NUCLEOTIDE = {"P": (0, 0, 0), "C5'": (1.5, 0, 0), "C3'": (3, 0, 0), "O3'": (4.4, 0, 0)}
+
+
+def dna(chain, residue="1", by=(0, 0, 9)):
+    return atoms("DA", residue, NUCLEOTIDE, chain=chain, record="ATOM", by=by)
+
+
 LONG = [put(line) for line in EXAMPLE.read_text().splitlines() if line.startswith("ATOM")]
 
 
@@ -308,6 +315,20 @@ def lone_pairs(line):
     return [put(line, name=name, element="", by=(0.3 * k - 0.45, 0, 0)) for k, name in enumerate(names)]
 
 
+BESIDE_DNA = end(peptide(), dna("B"))
+FOUR_OF_DNA = end(
+    peptide(), dna("C", "402"), dna("C", "403", (0, 9, 9)), dna("D", "403", (0, 18, 9)), dna("D", "421", (0, 27, 9))
+)  # fmt: skip
+LIGANDS_APART = end(
+    peptide(), peptide(chain="B", origin=(0, 0, 20)),
+    *(atoms("LIG", "8", {"C1": (0, 0, 5)}), atoms("LIG", "9", {"C1": (0, 0, 25)}, chain="B")),
+    atoms("CMO", "12", {"C1": (0, 0, 9)}),
+)  # fmt: skip
+BESIDE_PROTEIN = end(
+    peptide(), peptide(("GLY",), first=201, origin=(0, 0, 30), record="HETATM"),
+    *(atoms("HOH", "300", {"O": (0, 9, 9)}), atoms("HOH", "301", {"O": (9, 9, 9)}), atoms("ZN", "302", {"ZN": (18, 9, 9)})),
+    *(atoms("NAG", "303", {"C1": (27, 9, 9), "H1": (27, 9, 10)}), atoms("LIG", "304", {"C2": (36, 9, 9)})),
+)  # fmt: skip
 TWIN = every([line for line in of(HEAVY, "213") if line[12:16].split()[0] in ALANINE], residue_name="ALA")
 BRIDGE = "LINK         CG  ALA A   3                 NZ  ALA A   5     1555   1555  1.33\n"
 LACKING = "".join(
@@ -317,6 +338,7 @@ UNNUMBERED = [
     put(line, residue="****") for k in range(5) for line in atoms("HOH", "1", {"O": (3 * k, 0, 50)})
 ]
 WHOLE = "1 119 14 1281.3"
+WITH_HYDROGENS = f"1 {len(ALL)} 14 1313.8"
 TWICE = f"1 238 28 {2 * 1281.31:.1f}"
 STRUCTURES = {  # name: content, keys of read_molecule, outcome
     "example.pdb": (PDB, {}, WHOLE),
@@ -324,6 +346,9 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
     "example.gro": (gro(HEAVY), {}, "1 119 14"),
     # the order of lines
     "hydrogens behind the chain.pdb": (end(HEAVY, HYDROGENS), {"hydrogens": "remove"}, WHOLE),
+    "hydrogens.pdb": (end(ALL), {}, WITH_HYDROGENS),
+    "no elements, names at the left.pdb": (
+        end(line[:12] + line[12:16].strip().ljust(4) + line[16:66] + "\n" for line in ALL), {}, WITH_HYDROGENS),
     "atoms in the order of elements.pdb": (end(by_element(HEAVY)), {}, WHOLE),
     "residues backwards.pdb": (end(*(of(HEAVY, str(k)) for k in range(222, 208, -1))), {}, WHOLE),
     "a modified residue behind the chain.pdb": (
@@ -368,11 +393,19 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
         CIF.replace("\nAxp A\n", "\nAxp A\nBxp A\n"), {}, f"{WHOLE} ~ no atoms for Bxp"),
     "no chain.pdb": (without_chain_names(PDB), {"chains": "A"}, "! one chain, which has no name: leave out"),
     "DNA without a chain.pdb": (
-        end(every(atoms("DA", "1", {"P": (0, 0, 0), "C5'": (1.5, 0, 0), "C3'": (3, 0, 0), "O3'": (4.4, 0, 0)}), chain="",
-                  record="ATOM")), {}, "! name the chains of the nucleic acids, as `chains` ''"),
-    "DNA by a chain without a name.pdb": (
-        end(every(atoms("DA", "1", {"P": (0, 0, 0), "C5'": (1.5, 0, 0), "C3'": (3, 0, 0), "O3'": (4.4, 0, 0)}), chain="",
-                  record="ATOM")), {"chains": ""}, "1 4 1 ~ lacks heavy atoms"),
+        end(dna("")), {}, "! name the chains of the nucleic acids, as `chains` ''"),
+    "DNA by a chain without a name.pdb": (end(dna("")), {"chains": ""}, "1 4 1 ~ lacks heavy atoms"),
+    "DNA beside a protein.pdb": (BESIDE_DNA, {}, "1 20 4 ~ left out 1 DA$"),
+    "DNA by its chain.pdb": (BESIDE_DNA, {"chains": ["B"]}, "1 4 1 ~ lacks heavy atoms"),
+    "residues of the protein beside DNA.pdb": (BESIDE_DNA, {"residues": "1-4"}, "1 20 4 ~ left out 1 DA$"),
+    "residues of both.pdb": (BESIDE_DNA, {"residues": iter(["A:1", "B:1"])}, "1 9 2 ~ lacks heavy atoms"),
+    "residues of both, one without its chain.pdb": (BESIDE_DNA, {"residues": "1,B:1"}, "1 9 2 ~ lacks heavy atoms"),
+    "residues of DNA alone.pdb": (FOUR_OF_DNA, {"residues": "402-410"}, "! name the chain of nucleic acids, as in C:402-403"),
+    "a residue of DNA alone.pdb": (FOUR_OF_DNA, {"residues": ["421"]}, "! 4 nucleic residues: .* as in D:421-421"),
+    "two ranges of DNA alone.pdb": (FOUR_OF_DNA, {"residues": "421,402-403"}, "! as in C:402-403"),
+    "residues of DNA by their chain.pdb": (FOUR_OF_DNA, {"residues": "C:402-403"}, "1 8 2 ~ lack heavy atoms"),
+    "an expression that no residue of DNA fits.pdb": (
+        FOUR_OF_DNA, {"residues": "402", "selection": "name XX"}, r"! 4 nucleic residues\.$"),
     "residues that lack in the middle.pdb": (
         end(without(HEAVY, "214", "215")), {}, "1 103 12 ~ 2 residues are missing .* GLN 213"),
     "residues that lack beside a chain with its sequence.pdb": (
@@ -408,6 +441,23 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
     "components of five letters.cif": (
         long_names(cif(end(HEAVY, ligand("L06"), ligand("L07", "301", (60, 0, 0)))), "A1LU6", "A1LU7"),
         {"ligands": ["A1LU7"]}, "1 121 15 ~ left out 1 A1LU6"),
+    "besides a protein.pdb": (BESIDE_PROTEIN, {}, "1 20 4 ~ left out 1 GLY, 1 NAG$"),
+    "a ligand besides a protein.pdb": (BESIDE_PROTEIN, {"ligands": "NAG"}, "1 22 5 ~ left out 1 GLY$"),
+    "a ligand without its hydrogens.pdb": (BESIDE_PROTEIN, {"ligands": "NAG", "hydrogens": "remove"}, "1 21 5 ~ left out 1 GLY$"),
+    "a ligand and an ion.pdb": (BESIDE_PROTEIN, {"ligands": ["NAG", "ZN"]}, "1 23 6 ~ left out 1 GLY$"),
+    "every ligand but single atoms.pdb": (BESIDE_PROTEIN, {"ligands": True}, "1 27 6"),
+    "a ligand that is none of these.pdb": (BESIDE_PROTEIN, {"ligands": ["HEM"]}, r"! contains GLY, HOH, LIG, NAG, ZN\.$"),
+    "a ligand outside of the residues.pdb": (
+        LIGANDS_APART, {"ligands": ["LIG", "CMO"], "residues": "A:1-9"},
+        r"! ligands: CMO of .* lies outside of the requested chains and residues: add A:12 to the residues\.$"),
+    "a ligand outside of the chains.pdb": (
+        LIGANDS_APART, {"ligands": ["LIG", "CMO"], "chains": ["B"]}, r"! CMO of .* add A to the chains\.$"),
+    "a ligand outside of both.pdb": (
+        LIGANDS_APART, {"ligands": ["LIG", "CMO"], "chains": "B", "residues": "1-9"},
+        r"! add A to the chains and A:12 to the residues\.$"),
+    "a ligand of the residues.pdb": (LIGANDS_APART, {"ligands": ["LIG"], "residues": "A:1-9"}, "1 21 5 ~ no residue 9 of"),
+    "every ligand of a chain.pdb": (LIGANDS_APART, {"ligands": True, "selection": "all", "chains": ["B"]}, "1 21 5"),
+    "a ligand among the residues.pdb": (LIGANDS_APART, {"ligands": ["CMO"], "residues": "A:1-3,12"}, "1 16 4"),
     "heavy-water.pdb": (GOOD[:-4] + atom_line("D1", "DOD", residue="9", record="HETATM", element="D"), {}, "1 20 4"),
     "deuterium.pdb": (
         GOOD[:-4] + atom_line("D", residue="4", place=(1, 1, 1), element="D"), {"hydrogens": "remove"}, "1 20 4"),
@@ -450,6 +500,17 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
     "the third model repeats.pdb": (
         models(peptide(), peptide(origin=(0, 0, 0.5)), peptide(origin=(0, 0, 0.5))), {},
         "3 20 4 ~ 1 frame repeats the one before, the first is frame 2"),
+    "models and a stride.pdb": (
+        models(*(peptide(origin=(0, 0, 0.1 * k)) for k in range(5))), {"stride": 4}, "2 20 4"),
+    "models and a stride beyond them.pdb": (
+        models(*(peptide(origin=(0, 0, 0.1 * k)) for k in range(5))), {"stride": 5},
+        "1 20 4 ~ has 5 frames, of which a stride of 5 leaves only"),
+    "a model that is not there.pdb": (
+        models(peptide(), peptide(origin=(0, 0, 0.5))).replace("   1\n", "   3\n").replace("   2\n", "   7\n"), {"model": 1},
+        "! no model 1: its models are 3, 7"),
+    "a model beyond twelve.pdb": (
+        models(*12 * [peptide()]), {"model": 13}, r"! its models are 1, 2, 3, 4, 5, 6, 7, 8, 9, \.\.\.\.$"),
+    "the only model, without a number.pdb": (peptide(), {"model": 1}, "1 20 4"),
     "models that repeat.pdb": (models(HEAVY, HEAVY), {}, "2 119 14 ~ 1 frame repeats the one before"),
     "a model that is no number.pdb": (models(HEAVY, COPY), {"model": True}, "! True is not a whole number"),
     "models.pdb": (models(peptide(), peptide(["ALA"] * 3)), {}, "! models of different atoms .* 20 15.*model"),
@@ -550,11 +611,14 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
     "notes.txt": ("Of the protein\n", {}, "! not a structure by its content: give a file of one of the formats PDB, mmCIF"),
     # encodings, compression, ends of lines, columns
     "is-not.pdb.gz": (GOOD, {}, "! is named .gz but is not gzip"),
+    "more behind it.pdb.gz": (ZIPPED + b"text", {}, "! damaged inside its gzip"),
     "cut.pdb.gz": (ZIPPED[:-9], {}, "! cut short or damaged inside its gzip"),
     "twice.pdb.gz": (gzip.compress(ZIPPED), {}, "! is compressed twice"),
     "members.pdb.gz": (gzip.compress(GOOD[:162].encode()) + gzip.compress(GOOD[162:].encode()), {}, "1 20 4"),
     "once.pdb.gz.gz": (ZIPPED, {}, "1 20 4 279.2"),
     "utf16.pdb": (GOOD.encode("utf-16"), {}, "! stored as UTF-16"),
+    "utf16 of the other order.pdb": (b"\xfe\xff" + GOOD.encode("utf-16-be"), {}, "! stored as UTF-16"),
+    "bom before Latin-1.pdb": (b"\xef\xbb\xbf" + GOOD.encode()[:-4] + b"REMARK \xe5\nEND\n", {}, "1 20 4"),
     "bom.pdb": ("\ufeff" + GOOD, {}, "1 20 4"),
     "mixed.pdb": (b"REMARK \xe9\nREMARK \xc3\xa9\n" + GOOD.encode(), {}, "1 20 4"),
     "crcrlf.pdb": (GOOD.replace("\n", "\r\r\n"), {}, "1 20 4"),
@@ -678,6 +742,9 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
         coded("52", "52A", "52B", "53"), {"selection": "residue 52"}, "1 5 1 ~ left out 3 ALA"),
     "an expression of a range takes codes along.pdb": (
         coded("1B", "1A", "1", "2", "3"), {"selection": "residue 1 to 2"}, "1 10 2 ~ left out 3 ALA"),
+    "an expression of numbers and a chain.pdb": (
+        end(HEAVY, peptide(chain="B", first=209, origin=(0, 0, 60))), {"selection": "resSeq 210 to 220 and segname B"},
+        "1 15 3 ~ left out"),
     "an expression of a range behind 52A.pdb": (
         coded("52", "52A", "52B", "53"), {"selection": "residue 52 to 53"}, "1 20 4"),
     # residue numbers beyond 9999
@@ -1315,6 +1382,10 @@ CUT = "~ cut short: its incomplete last frame is left out, 2 were read"
 TRAJECTORIES = {  # what becomes of frames of mdtraj, the formats, what becomes of the file, keys, outcome: frames
     "whole": (same, "xtc trr dcd nc h5 xyz lammpstrj gro mdcrd", same, {}, "3 953 61"),
     "a stride of 2": (same, "xtc trr dcd nc h5 xyz lammpstrj gro mdcrd", same, {"stride": 2}, "2 953 61"),
+    "a stride of 3": (
+        same, "xtc trr dcd nc h5 xyz lammpstrj gro mdcrd", same, {"stride": 3},
+        "1 953 61 ~ has 3 frames, of which a stride of 3 leaves only"),
+    "a stride beside one frame": (joined(0), "xtc", same, {"stride": 2}, "1 953 61"),
     "frames at some times": (same, "xtc trr nc h5 gro", same, {"times": [2.0]}, "2 953 61"),
     "without a time that is named": (same, "xtc", same, {"times": [9.0]}, "1 953 61 ~ no frame at any of the requested times"),
     "within a frame, at the end of a line": (same, "xyz lammpstrj mdcrd", shorter_by_frames(0.5), {}, f"2 953 61 {CUT}"),
@@ -1741,6 +1812,8 @@ SURFACES = {  # content, and the number of dots with the outcome
         for k, value in enumerate(("NaN", "n/a", "", "-inf", "1e400", "0x10", "1_0", "\u22121", "1d0"))
     },
     "page.csv": ("<html><body>404, not found</body></html>", "! has no column x"),
+    "bom.ply": (b"\xef\xbb\xbf" + ply("ascii"), "360"),
+    "bom and an empty line.ply": (b"\xef\xbb\xbf\r\n" + ply("ascii"), "360"),
     "big.ply": (ply("binary_big_endian", table=TABLE.astype(">f4").tobytes()), "360"),
     "camera and faces first.ply": (
         ply("ascii", before=BEFORE).replace(b"end_header\n", b"end_header\n0.5\n3 0 1 2\n2 1 2\n"), "360"),
@@ -1812,6 +1885,7 @@ PLACES = {  # what stands where the path of a file is expected
     "a URL as a Path": (Path("https://files.rcsb.org/download/1ubi.pdb"), "is a URL: give a file; nothing is downloaded"),
     "the text of a file": (PDB, "the text of a file stands in place of its path, 'ATOM .*: store it in a file"),
     "a short text of a file": (PDB[:162], "the text of a file stands in place of its path"),
+    "a null byte": ("a\0.pdb", "cannot be read: .*null"),
     "a drive": ("C:/a.pdb", "C:/a.pdb does not exist"),
 }  # fmt: skip
 

@@ -34,10 +34,6 @@ def test_an_error_keeps_its_arguments_on_the_way_from_another_process():
     assert error.arguments == ("seed",) and str(error) == "seed is -1."
 
 
-def test_control_characters_of_a_file_are_escaped():
-    assert str(InputError("x.pdb holds \x1b[2J\x02.\n")) == r"x.pdb holds \x1b[2J\x02." + "\n"
-
-
 def test_messages_call_the_file_that_is_read_by_its_name(caplog):
     """The innermost file is named, also after an error, and each thread reads its own."""
 

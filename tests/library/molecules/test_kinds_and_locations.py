@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from peptides import ALANINE, STEP, atom_line, peptide, write
+from peptides import ALANINE, STEP, atom_line, peptide
 from sparsurf.errors import InputError
 from sparsurf.molecules.atom_table import atom_table, choose_altlocs, gather_residues, missing_residues
 from sparsurf.molecules.mmcif import read_mmcif
@@ -11,13 +11,10 @@ from sparsurf.molecules.pdb import _decode_number, encode_label, read_pdb
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.molecules.residues import (
     HEAVY_ATOMS,
-    VARIANTS,
     count_heavy_atoms,
     element_of,
     find_particles,
-    known_kind,
     residue_kinds,
-    standard_name,
 )
 
 NUCLEOTIDE = {"P": (0, 0, 0), "C5'": (1.5, 0, 0), "C3'": (3, 0, 0), "O3'": (4.4, 0, 0)}
@@ -136,24 +133,12 @@ def test_heavy_atoms_are_those_that_most_residues_of_real_structures_have(shared
         (("", "CLA", "CLA", False, True), "CL"), (("", "NA+", "NA+", False, True), "NA"), (("", "NA", "ION", False, True), "NA"),
         (("", "POT", "IONS", False, True), "K"), (("", "I", "IOD", False, True), "I"), (("", "C1", "XYZ", False, True), "C"),
         (("", "O", "HOH", False, True), "O"), (("", "MG", "C0", False, True), "MG"), (("", "C0", "C0", False, True), "CA"),
-        (("LP", "N1", "LIG", False, False), "N"), (("", "", "LIG", False, False), "X"),
+        (("LP", "N1", "LIG", False, False), "N"), (("P", "P", "SEP", True, False), "P"), (("", "SEX", "CYS", True, False), "S"),
+        (("", "CLAA", "LIG", False, False), "CL"), (("", "CAA", "HEM", False, False), "C"), (("", "", "LIG", False, False), "X"),
     ],
 )  # fmt: skip
 def test_the_element_of_an_atom(atom, element):
     assert element_of(*atom) == element
-
-
-@pytest.mark.parametrize(
-    ("symbol", "names"),
-    [
-        ("NA", "SOD CIP IP NIO QNA"), ("K", "POT"), ("CA", "CAL C0"), ("CL", "CLA CHL CHLO CIM IM QCL"), ("CS", "CES CIO"),
-        ("LI", "LIT"), ("MG", "MAG"), ("RB", "RUB"), ("BA", "BAR"), ("CD", "CAD CD2"), ("I", "IOD"), ("F", "FLU"), ("BR", "BRO"),
-    ],
-)  # fmt: skip
-def test_ions_of_force_fields(symbol, names):
-    for name in names.split():
-        assert element_of("", symbol, name, False, True) == symbol, name
-        assert element_of("", name, name, False, True) == symbol, name
 
 
 def particles(*rows):
@@ -255,14 +240,6 @@ def test_residues_are_numbered_in_each_model_and_end_where_their_name_changes():
     assert numbers_of(2 * (atom_line() + "TER\n")) == [0, 1]
 
 
-def test_kinds_by_the_names_of_force_fields_and_of_the_pdb():
-    for kind, names in {
-        "water": "HOH WAT DOD SOL TIP3 SPC T3P OH2", "nucleic": "ADE URA DA DC5 RU3 U PSU OMC", "other": "HEM",
-        "protein": " ".join(["ALA", *VARIANTS]),
-    }.items():  # fmt: skip
-        assert {known_kind(name) for name in names.split()} == {kind}
-
-
 def test_sequences_and_linked_residues_are_read_and_a_complete_one_lacks_nothing():
     atoms = read_pdb(peptide(["ALA", "GLY"]) + "END\n").atoms
     assert missing_residues(atoms, {"A": ["ALA", "GLY"]}) == {}
@@ -302,10 +279,6 @@ def test_lines_of_a_pdb_file_are_read_in_their_columns(tmp_path):
     assert set(read_pdb(wide).atoms.chain) == {"AB"}
     atoms = read_pdb(long).atoms
     assert set(atoms.chain) == {"B"} and set(atoms.residue_name) == {"HISE"}
-    names = "CYSF CYSG CYSL CYSP CYSD GLYM GLYP GLUM GLYB LYSA LYSM LYSR PROP SERD SERP THRP TYRP TYRD TYRU ASPM ALAD ALAB ARGU"
-    for name in [*names.split(), "HISD", "TRPU"]:
-        atoms = read_pdb(atom_line("CA", name, "B") + atom_line("CA", "ALA", "B", "2")).atoms
-        assert atoms.residue_name[0] == name and set(atoms.chain) == {"B"}
     numbered = "".join(f"{line[:72]}1ABC{k:4d}\n" for k, line in enumerate(peptide(["ALA"]).splitlines(), 1))
     assert set(read_pdb(numbered).atoms.segid) == {""}
     assert set(read_pdb(numbered.replace("1ABC   5", "1ABC   C")).atoms.segid) == {"1ABC"}
@@ -387,64 +360,3 @@ def test_mmcif_says_which_residues_a_covalent_bond_beside_the_backbone_joins():
     text = CIF + "loop_\n" + "".join(f"_struct_conn.{item}\n" for item in items) + "\n".join(bonds) + "\n"
     assert read_mmcif(text).crosslinked == {("H", "1"), ("H", "9A")}
     assert read_mmcif(CIF).crosslinked == set()
-
-
-def test_a_ligand_that_is_named_outside_of_the_residues_is_refused(tmp_path):
-    ligands = "".join(
-        atom_line("C1", name, chain, number, (0, 0, z), record="HETATM")
-        for name, chain, number, z in (("LIG", "A", "8", 5), ("LIG", "B", "9", 25), ("CMO", "A", "12", 9))
-    )
-    path = write(
-        tmp_path / "a.pdb", peptide(chain="A") + peptide(chain="B", origin=(0, 0, 20)) + ligands + "END\n"
-    )
-    message = r"^ligands: CMO of .*a\.pdb lies outside of the requested chains and residues: add "
-    for keys, add in (
-        ({"residues": "A:1-9"}, "A:12 to the residues"),
-        ({"chains": ["B"]}, "A to the chains"),
-        ({"chains": "B", "residues": "1-9"}, "A to the chains and A:12 to the residues"),
-    ):
-        with pytest.raises(InputError, match=rf"{message}{add}\.$"):
-            read_molecule(path, ligands=["LIG", "CMO"], **keys)
-        assert (read_molecule(path, ligands=["LIG"], **keys).residue_name == "LIG").sum() == 1
-        assert "CMO" not in read_molecule(path, ligands=True, selection="all", **keys).residue_name
-    assert "CMO" in read_molecule(path, ligands=["CMO"], residues="A:1-3,12").residue_name
-
-
-def test_nucleic_acids_take_part_only_where_they_are_named(tmp_path):
-    dna = "".join(
-        atom_line(name, "DA", "B", "1", np.add(place, (0, 0, 9))) for name, place in NUCLEOTIDE.items()
-    )
-    path = write(tmp_path / "a.pdb", peptide(chain="A") + dna + "END\n")
-    assert set(read_molecule(path).chain) == {"A"}
-    assert set(read_molecule(path, chains=["B"]).chain) == {"B"}
-    assert set(read_molecule(path, residues="1-9").chain) == {"A"}  # both have a residue 1
-    assert set(read_molecule(path, residues=["A:1", "B:1"]).chain) == {"A", "B"}
-    assert set(read_molecule(path, residues="1,B:1").chain) == {"A", "B"}
-    assert set(read_molecule(path, residues=iter(["A:1", "B:1"])).chain) == {"A", "B"}
-
-
-def test_residues_of_nucleic_acids_alone_are_answered_with_their_chain(tmp_path):
-    dna = "".join(
-        atom_line(name, "DA", chain, number, np.add(place, (0, 9 * k, 9)))
-        for k, (chain, number) in enumerate((("C", "402"), ("C", "403"), ("D", "403"), ("D", "421")))
-        for name, place in NUCLEOTIDE.items()
-    )
-    path = write(tmp_path / "a.pdb", peptide(chain="A") + dna + "END\n")
-    for residues, place in (("402-410", "C:402-403"), (["421"], "D:421-421"), ("421,402-403", "C:402-403")):
-        with pytest.raises(
-            InputError, match=f"4 nucleic residues: name the chain of nucleic acids, as in {place}.$"
-        ):
-            read_molecule(path, residues=residues)
-        assert set(read_molecule(path, residues=place).chain) == {place[0]}
-    with pytest.raises(InputError, match=r" 4 nucleic residues\.$"):
-        read_molecule(path, selection="name XX", residues="402")
-
-
-@pytest.mark.parametrize(
-    ("names", "standard"),
-    [("HID HSE HISH HIS2 NHID CHIS", "HIS"), ("CYM CYX CYN CYSH CCYX NCYS", "CYS"), ("ASH ASPH NASP", "ASP"),
-     ("GLH GLUP CGLU", "GLU"), ("LYN LSN NLYN", "LYS"), ("ARN ARGP CARG", "ARG"), ("TYM NTYR", "TYR"), ("NALA CALA",
-     "ALA"), ("XYZ", "XYZ")],
-)  # fmt: skip
-def test_names_of_force_fields_lead_to_the_standard_residue(names, standard):
-    assert {standard_name(name) for name in names.split()} == {standard}

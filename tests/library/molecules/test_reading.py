@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from peptides import ALANINE, STEP, atom_line, peptide, write
+from peptides import ALANINE, atom_line, peptide, write
 from sparsurf.errors import InputError, naming_file
 from sparsurf.molecules import pdb
 from sparsurf.molecules.atom_table import box_vectors
@@ -21,7 +21,6 @@ from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.molecules.source import open_source
 from sparsurf.molecules.trajectory import FrameStore, read_first_frame
 from sparsurf.molecules.unwrapping import Unwrapping, has_no_box, make_whole
-from sparsurf.surfaces.radii import radii
 
 NAMES = ("name", "residue_name", "chain", "element", "residue", "residue_index", "kind")
 
@@ -36,25 +35,6 @@ def example(shared):
 
 
 # --- files ---------------------------------------------------------------------------------------------
-
-
-def test_pdb_coordinates_are_taken_as_they_stand(tmp_path):
-    molecule = read_molecule(write(tmp_path / "a.pdb", peptide() + "END\n"))
-    assert molecule.xyz.shape == (1, 20, 3)
-    assert np.array_equal(molecule.xyz[0, 5:10], np.round(np.array(list(ALANINE.values())) + STEP, 3))
-    assert molecule.name[:3].tolist() == ["N", "CA", "C"] and set(molecule.kind) == {"protein"}
-    assert np.isnan(molecule.time_ps).all() and molecule.residue[-1] == "4"
-
-
-def test_trajectory_is_in_angstrom_and_picoseconds(example):
-    """The topology is the first frame in Å; the trajectory stores nm to 0.001, so 0.005 Å (half) apart."""
-    topology, trajectory = example
-    molecule = read_molecule(topology, trajectory)
-    assert (molecule.n_frames, molecule.n_atoms, molecule.n_residues) == (1001, 953, 61)
-    assert np.abs(molecule.xyz[0] - read_molecule(topology).xyz[0]).max() < 0.0051
-    assert np.array_equal(molecule.time_ps, np.arange(1001.0))
-    bond = np.linalg.norm(molecule.xyz[:, 0] - molecule.xyz[:, 1], axis=1)  # N-H of the first residue
-    assert np.allclose(bond, 1.04, atol=0.03)  # GROMACS constrains it; precision 0.01 Å per coordinate
 
 
 @pytest.mark.parametrize("extension", ["xtc", "trr", "dcd", "nc", "h5", "gro", "lammpstrj", "xyz", "pdb"])
@@ -86,15 +66,6 @@ def test_frames_at_some_times_are_those_of_the_whole(example):
     few = read_molecule(topology, trajectory, times=[-1, 7, 350.0, 700.012, 999.996, 5000])
     assert few.frame_number.tolist() == few.time_ps.tolist() == [0, 7, 350, 1000]
     assert np.array_equal(few.xyz, whole.xyz[few.frame_number]) and equal_names(few, whole)
-
-
-def test_one_frame_formats(example, tmp_path):
-    topology, trajectory = example
-    frame = mdtraj.load_frame(str(trajectory), 7, top=str(topology))
-    for extension in ("rst7", "ncrst"):
-        frame.save(str(tmp_path / f"one.{extension}"))
-        molecule = read_molecule(topology, tmp_path / f"one.{extension}")
-        assert np.abs(molecule.xyz[0] - frame.xyz[0].astype(float) * 10).max() < 1e-4
 
 
 @pytest.mark.parametrize("entry", [("1BD2.pdb.gz", "1BD2.cif.gz"), ("1a8o_mse.pdb", "1a8o_mse.cif")])
@@ -167,13 +138,7 @@ def test_end_and_model_separate_frames(tmp_path):
         assert np.allclose(molecule.xyz[1] - molecule.xyz[0], (1, 0, 0))
         for number, xyz in zip(numbers, molecule.xyz, strict=True):
             assert np.array_equal(read_molecule(path, model=number).xyz[0], xyz)
-    assert read_molecule(write(tmp_path / "b.pdb", atom_line()), model=1).n_atoms == 1
     assert read_molecule(path, model=7).frame_number.tolist() == [1]
-    with pytest.raises(InputError, match="no model 1: its models are 3, 7"):
-        read_molecule(path, model=1)
-    twelve = "".join(f"MODEL {k}\n{atom_line()}ENDMDL\n" for k in range(1, 13))
-    with pytest.raises(InputError, match=r"its models are 1, 2, 3, 4, 5, 6, 7, 8, 9, \.\.\.\.$"):
-        read_molecule(write(tmp_path / "c.pdb", twelve), model=13)
 
 
 @pytest.mark.parametrize(
@@ -218,15 +183,6 @@ def test_atoms_of_later_models_are_found_where_the_first_was_put_in_order(tmp_pa
     in_order = read_molecule(write(tmp_path / "b.pdb", peptide(origin=(0, 0, 5.0))))
     assert molecule.residue.tolist() == in_order.residue.tolist()
     assert molecule.xyz == pytest.approx(in_order.xyz[[0, 0]] + [[[0, 0, 0]], [[0, 0, 5]]], abs=2e-3)
-
-
-@pytest.mark.parametrize(("stride", "expected"), [(2, [0, 2, 4]), (4, [0, 4]), (5, [0]), (9, [0])])
-def test_a_stride_that_does_not_divide_the_frames_counts_from_the_first(tmp_path, caplog, stride, expected):
-    models = [f"MODEL {k + 1:>8}\n{peptide(origin=(k, 0, 0))}ENDMDL\n" for k in range(5)]
-    molecule = read_molecule(write(tmp_path / "a.pdb", "".join(models)), stride=stride)
-    assert molecule.frame_number.tolist() == expected
-    assert molecule.xyz[:, 0, 0].tolist() == expected
-    assert (f"a.pdb has 5 frames, of which a stride of {stride} leaves only" in caplog.text) == (stride > 4)
 
 
 def test_each_copy_of_a_chain_gets_a_free_letter_and_the_ligand_beside_it(tmp_path):
@@ -276,33 +232,6 @@ def test_atoms_of_a_trajectory_are_found_where_its_topology_was_put_in_order(tmp
 # --- what is chosen ------------------------------------------------------------------------------------
 
 
-def test_free_amino_acid_water_ion_and_ligand_are_left_out_and_named(tmp_path, caplog):
-    free = peptide(("GLY",), first=201, origin=(0, 0, 30), record="HETATM")
-    others = (
-        ("O", "HOH", "O"), ("O", "HOH", "O"), ("ZN  ", "ZN", "ZN"), ("C1", "NAG", "C"), ("C2", "LIG", "C"),
-    )  # fmt: skip
-    rest = "".join(
-        atom_line(name, residue_name, residue=str(300 + i), place=(i, 9, 9), record="HETATM", element=element)
-        for i, (name, residue_name, element) in enumerate(others)
-    )
-    path = write(tmp_path / "a.pdb", peptide() + free + rest)
-    with caplog.at_level(logging.INFO, "sparsurf"):
-        assert read_molecule(path).n_residues == 4
-    assert [(each.levelname, each.getMessage().partition(": ")[2]) for each in caplog.records] == [
-        ("WARNING", "left out 1 GLY"), ("INFO", "left out 2 HOH, 1 ZN, 1 NAG, 1 LIG"),
-    ]  # fmt: skip
-    hydrogen = atom_line("H1", "NAG", residue="303", place=(3, 9, 10), record="HETATM")
-    bare = write(tmp_path / "b.pdb", path.read_text() + hydrogen)
-    names = [read_molecule(bare, ligands="NAG", hydrogens=each).name.tolist() for each in ("keep", "remove")]
-    assert names[0][-1] == "H1" and names[1] == names[0][:-1]
-    with_ligand = read_molecule(path, ligands=["NAG", "ZN"])
-    assert with_ligand.n_residues == 6 and with_ligand.element[-2:].tolist() == ["ZN", "C"]
-    every = read_molecule(path, ligands=True)  # but waters and single atoms: here the free amino acid
-    assert every.n_residues == 5 and set(every.residue_name[every.kind == "other"]) == {"GLY"}
-    with pytest.raises(InputError, match=r"no ligand HEM: .* file contains GLY, HOH, LIG, NAG, ZN\.$"):
-        read_molecule(path, ligands=["HEM"])
-
-
 @pytest.mark.parametrize(
     ("residues", "expected"),  # in one chain or, if they are named, in two
     [
@@ -327,47 +256,7 @@ def test_residue_ranges(tmp_path, caplog, residues, expected):
     assert "has no residue" not in caplog.text  # in either case of an insertion code
 
 
-def test_expression_and_hydrogens(shared):
-    path = shared / "data" / "structures" / "2beg_fibril5chains.pdb"
-    whole = read_molecule(path)
-    bare = read_molecule(path, hydrogens="remove")
-    assert bare.n_atoms == np.sum(whole.element != "H") < whole.n_atoms
-    part = read_molecule(path, selection="resSeq 20 to 25 and segname B")
-    assert set(part.chain) == {"B"} and sorted(set(part.residue)) == [str(i) for i in range(20, 26)]
-    assert part.residue_index[0] == 0
-    assert set(read_molecule(path, selection="name CA").name) == {"CA"}
-
-
 # --- elements and radii --------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("name", "residue_name", "given", "expected"),
-    [
-        ("CA  ", "ALA", "", "C"), ("HG  ", "SER", "", "H"), ("HG11", "VAL", "", "H"), ("1HB ", "ALA", "", "H"),
-        ("CD1 ", "LEU", "", "C"), ("NE2 ", "GLN", "", "N"), ("OXT ", "ALA", "", "O"), ("SE  ", "MSE", "", "SE"),
-        ("SD  ", "MET", "", "S"), ("CA", "ALA", "CA", "C"), ("HG", "SER", "HG", "H"), ("D", "ALA", "D", "D"),
-        ("P", "SEP", "P", "P"),
-        ("SEX ", "CYS", "", "S"), ("CLAA", "LIG", "", "CL"),
-        ("CA  ", "CA", "", "CA"), ("FE  ", "HEM", "", "FE"), ("CAA ", "HEM", "", "C"),
-    ],
-)  # fmt: skip
-def test_elements_are_plausible(tmp_path, name, residue_name, given, expected):
-    line = atom_line(name, residue_name, element=given)
-    others = atom_line("C1", residue_name, place=(1, 1, 1)) if residue_name == "HEM" else ""
-    molecule = read_molecule(write(tmp_path / "a.pdb", line + others), selection="all")
-    assert molecule.element[0] == expected
-
-
-def test_file_without_element_column_has_the_same_radii(shared, tmp_path):
-    path = shared / "data" / "structures" / "2beg_fibril5chains.pdb"
-    lines = path.read_text().splitlines(keepends=True)
-    shifted = [
-        line[:12] + line[12:16].strip().ljust(4) + line[16:66] + "\n" if line.startswith("ATOM") else line
-        for line in lines
-    ]
-    blind = read_molecule(write(tmp_path / "a.pdb", "".join(shifted)))
-    assert np.array_equal(radii(blind), radii(read_molecule(path)))
 
 
 # --- periodic box --------------------------------------------------------------------------------------
@@ -422,28 +311,6 @@ def test_a_dummy_box_and_an_impossible_one_are_none(caplog):
             assert box_vectors(30, 40, 50, *angles) is None
         said = f"a.pdb: a box of 30, 40, 50 Å with angles of {', '.join(map(str, angles))}° is impossible"
         assert said in caplog.messages[-1]
-
-
-def test_pdb_cut_by_its_box_is_made_whole_and_a_complex_stays_together(tmp_path):
-    box = np.diag([40.0, 40.0, 40.0])
-    pieces = [read_molecule(write(tmp_path / "a.pdb", peptide(chain=chain))).xyz[0] for chain in "AB"]
-    whole = np.concatenate([pieces[0], pieces[1] + (0, 0, 4)])
-    cut = wrapped(whole, box, (36, 5, 38))
-    index = np.repeat(np.arange(8), 5)
-    joined = make_whole(cut[None], box[None], index)[0] - whole
-    assert np.ptp(joined, axis=0).max() < 1e-10
-    assert np.array_equal(
-        make_whole(cut[None], box[None], index, join=False)[0] - whole, joined
-    )  # bonds are cut
-    apart = Unwrapping(cut, box, index, join=False)(cut[None], box[None])[0] - whole
-    assert np.ptp(apart[:20], axis=0).max() < 1e-10 < np.ptp(apart, axis=0).max()
-    lines = "CRYST1   40.000   40.000   40.000  90.00  90.00  90.00 P 1           1\n" + "".join(
-        atom_line(name, residue=str(1 + i // 5), place=cut[i]) for i, name in enumerate(list(ALANINE) * 4)
-    )
-    path = write(tmp_path / "cut.pdb", lines)
-    assert np.abs(read_molecule(path, whole=False).xyz[0] - cut[:20]).max() < 0.001
-    read = read_molecule(path)
-    assert np.ptp(read.xyz[0] - whole[:20], axis=0).max() < 0.002  # three decimals, twice
 
 
 def test_a_trajectory_in_memory_has_an_atom_and_nanometres(tmp_path):
@@ -747,19 +614,6 @@ def test_a_frame_that_repeats_or_goes_back_is_called_by_its_number_in_the_file(t
     assert "the first is frame 4" in caplog.text
 
 
-@pytest.mark.parametrize("extension", ["xtc", "dcd", "trr", "xyz"])
-def test_a_stride_that_leaves_one_frame_of_several_is_told(tmp_path, caplog, extension):
-    one = mdtraj.load(str(write(tmp_path / "a.pdb", peptide() + "END\n")))
-    frames = mdtraj.join([one] * 8)
-    frames.xyz = frames.xyz + 0.02 * np.arange(8)[:, None, None]
-    for n, stride, told in ((8, 7, ""), (8, 8, f"a.{extension} has 8 frames"), (1, 2, "")):
-        frames[:n].save(str(tmp_path / f"a.{extension}"))
-        caplog.clear()
-        read = read_molecule(tmp_path / "a.pdb", tmp_path / f"a.{extension}", stride=stride)
-        assert read.n_frames == -(-n // stride)
-        assert (told in caplog.text) if told else ("stride" not in caplog.text)
-
-
 def test_scaled_coordinates_of_lammps_are_shares_of_the_box(tmp_path):
     path = write(tmp_path / "a.pdb", peptide() + "END\n")
     whole = read_molecule(path).xyz[0]
@@ -792,6 +646,8 @@ def test_a_complex_that_the_box_of_a_pdb_file_cuts_is_joined_and_a_crystal_is_no
         return read_molecule(write(tmp_path / "b.pdb", text + "".join(lines) + "END\n")).xyz[0]
 
     assert np.ptp(read(wrapped(whole, np.diag([40.0] * 3), (36, 5, 38))) - whole, axis=0).max() < 0.003
+    as_it_is = read_molecule(tmp_path / "b.pdb", whole=False).xyz[0]
+    assert np.abs(as_it_is - wrapped(whole, np.diag([40.0] * 3), (36, 5, 38))).max() < 0.001
     crystal = np.concatenate(
         [a, b + np.array([0, 0, 37])]
     )  # nearer to another image of the first, and no bond is cut
