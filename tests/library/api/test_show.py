@@ -222,6 +222,9 @@ def test_what_was_left_out_stands_on_the_page_and_warnings_are_shown_once(tmp_pa
     write(tmp_path / "three.pdb", "TER\n".join(parts) + "END\n")
     text = Page(sparsurf.show(tmp_path / "three.pdb", open_browser=False).html).text
     assert "The surface is that of 12 residues in 2 chains, of 60 atoms." in text
+    (tmp_path / "unknown.pdb").write_text(peptide(["UNK", "UNK"]) + "END\n")
+    text = Page(sparsurf.show(tmp_path / "unknown.pdb", open_browser=False).html).text
+    assert "hydropathy has no value on this molecule" in text and "potential has no value" not in text
     (tmp_path / "apo.pdb").write_text(peptide() + "END\n")
     page = Page(sparsurf.show(tmp_path / "apo.pdb", open_browser=False).html)
     assert "Nothing that stands in the file was left out of the molecule." in page.text
@@ -296,6 +299,7 @@ def test_every_page_and_table_of_a_subset_has_the_roughness_of_the_whole_surface
     pages = [few.show(tmp_path / "x.html").html, (tmp_path / "few.html").read_text()]
     pages += [sparsurf.show(few.surface, open_browser=False).html]
     assert [mean_roughness(html) for html in pages] == pytest.approx(3 * [true.mean()], abs=0.006)
+    assert few.decision and all(few.decision[0] in Page(html).text for html in pages[:2])
     assert (sparsurf.roughness(few) == true[few.dots]).all()
     for of_few, least in (
         (sparsurf.residues(few), 1),

@@ -1,5 +1,6 @@
 """The page that links a surface, the list and the profile of its residues: what it stores, and what a real browser does."""
 
+import hashlib
 import re
 
 import matplotlib.image
@@ -12,8 +13,8 @@ import sparsurf
 from accessibility import inaccessible
 from browser import Browser, programs
 from conftest import ROOT
-from parsed_pages import Page
-from peptides import moved, peptide
+from parsed_pages import Page, origin_of
+from peptides import atom_line, moved, peptide
 from small_study import unpacked
 from sparsurf.api import frame_pages
 from sparsurf.cli import command
@@ -272,7 +273,8 @@ def test_the_profile_of_a_long_chain_fits_on_the_page(browser, tmp_path):
 
 
 def steps(n=5):
-    """PDB text of models that drift by 3 Å, in which the last two residues fold away from the others."""
+    """PDB text of models that drift by 3 Å, in which the last two residues fold away from the others, and of a water."""
+    water = atom_line("O", "HOH", "A", "90", (40, 0, 0), record="HETATM", element="O")
     begin, end = (
         peptide(["ALA"] * k, first=first, origin=at)
         for k, first, at in ((4, 1, (0, 0, 0)), (2, 5, (12.6, 0, 0)))
@@ -280,7 +282,7 @@ def steps(n=5):
     models = []
     for k in range(n):
         text = moved(begin, 3.0 * k) + moved(end, 3.0 * k + [0, 0.4, 4.0, 8.0, 8.1][k % 5])
-        models.append(f"MODEL     {k + 1:4d}\n{text}TER\nENDMDL\n")
+        models.append(f"MODEL     {k + 1:4d}\n{text}TER\n{water}ENDMDL\n")
     return "".join(models) + "END\n"
 
 
@@ -331,6 +333,11 @@ def test_the_page_of_a_trajectory_has_the_areas_and_the_places_of_every_frame(fo
     page = Page(frames_html)
     most = labels_of(tables[0])[rough.std(axis=0, ddof=1).argmax()]
     assert "run.xtc has 5 frames of 6 residues." in page.text
+    assert "left out of the molecule: 1 HOH." in page.text and "peptide bond is missing" in page.text
+    ends = [header["frames"][int(choose(header["areas"]))] for choose in (np.argmin, np.argmax)]
+    said = r"ranges from ([\d,]+)\s+Å² \({}\) to ([\d,]+)\s+Å² \({}\)\.".format(*ends)
+    found = [float(number.replace(",", "")) for number in re.search(said, page.text).groups()]
+    assert found == pytest.approx([min(header["areas"]), max(header["areas"])], abs=0.6)
     assert f"The mean roughness of {most} changes most" in page.text
     rows = next(rows for rows in page.tables if rows[0][0] == "residue")[1:]
     assert rows[0][0] == most and rows[0][1] == f"{sd.max():.3f}"
@@ -354,6 +361,18 @@ def test_the_page_of_a_trajectory_has_the_areas_and_the_places_of_every_frame(fo
     assert (
         ranges.max() > 1.5 * shown[0].std(axis=0, ddof=1).max()
     )  # so that the deviation is not taken for it
+
+
+def test_a_page_of_a_trajectory_names_its_files_and_the_frames_that_it_shows(folder, frames_html, tmp_path):
+    files = {
+        kind: f"{name}, SHA-256 {hashlib.sha256((folder / name).read_bytes()).hexdigest()}"
+        for kind, name in (("file", "top.pdb"), ("trajectory", "run.xtc"))
+    }
+    one = sparsurf.show(folder / "top.pdb", trajectory=folder / "run.xtc", frame=3, open_browser=False).html
+    for html, shown in ((frames_html, {"frames": "0 to 4"}), (one, {"frame": "3 of 0 to 4, 22,500 ps"})):
+        (tmp_path / "page.html").write_text(html, encoding="utf-8")
+        rows = origin_of(tmp_path / "page.html")
+        assert rows.items() >= (files | shown | {"atoms": "30 atoms of 6 residues"}).items()
 
 
 def labels_of(table):
