@@ -1,8 +1,7 @@
-"""Readings: the link that follows from the spacing of the kept dots, and the order and the properties of all readings."""
+"""Readings: the link that follows from the spacing of the kept dots, and the order of all readings."""
 
 import numpy as np
 
-from sparsurf import kinds
 from sparsurf.patches import readings
 from sparsurf.patches.index import build_index
 from sparsurf.recovery.readings import readings_of_columns
@@ -25,7 +24,3 @@ def test_readings_come_in_one_order_whatever_that_of_the_columns():
         "kept", "full", "recovered"
     ]  # fmt: skip
     assert readings_of_columns({"full", "d_kept"}) == ["full"]
-    assert {name: readings.reading_of(name).among_kept for name in kinds.TABLE["reading"]} == {
-        "kept": True, "kept_scaled": False, "full": False, "recovered": False
-    }  # fmt: skip
-    assert readings.GRID_READINGS == ("kept", "full")

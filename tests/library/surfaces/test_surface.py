@@ -352,14 +352,6 @@ def test_a_vert_file_has_as_many_vertices_as_it_announces(tmp_path):
         read_surface(written(tmp_path, head.format(5) + vertices, "a.vert"))
 
 
-@pytest.mark.parametrize("text", [LINE, "ply\nformat ascii 1.0\n"])
-def test_dots_in_utf_16_are_named_so(tmp_path, text):
-    path = tmp_path / "a.txt"
-    path.write_text(text, encoding="utf-16")
-    with pytest.raises(InputError, match="is stored as UTF-16"):
-        read_surface(path)
-
-
 def test_dots_of_frames_and_places_of_tables(tmp_path):
     path = written(tmp_path, "x,y,z,nx,ny,nz,frame\n1,2,3,0,0,1,5\n1,2,4,0,0,1,5\n", "a.csv")
     assert len(read_surface(path)) == 2

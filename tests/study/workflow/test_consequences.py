@@ -215,11 +215,6 @@ def test_a_page_of_one_of_several_conformations_names_it(study, config, tmp_path
     assert [titles[(name, "c1")] for name in ("still", "ready")] == ["still", "ready"]
 
 
-def test_a_single_structure_is_not_several_frames(given):
-    for rule in ("draw_frames", "draw_ensemble"):
-        assert [job[1:] for job in given if job[0] == rule] == [("moving",)]
-
-
 def test_the_papers_sampler_takes_the_best_of_its_surface(study, config, given):
     after = plan(study, changed(config, "minimal.sampler", "paper"))
     jobs = [job for job in given if job[0] == "select_minimal_subset"]
