@@ -653,11 +653,12 @@ def samplers_of_combinations() -> tuple[str, ...]:
 
 def suffixes(carried: str = "dots", is_read: bool = False) -> tuple[str, ...]:
     """Return the suffixes of the formats of the library that carry something and are read, or else are written."""
-    return tuple(
-        f".{name}"
-        for name, choice in TABLE["format"].items()
-        if carried in choice.carries and (choice.is_read if is_read else choice.is_written)
-    )
+    found = []
+    for name, choice in TABLE["format"].items():
+        is_possible = choice.is_read if is_read else choice.is_written
+        if carried in choice.carries and is_possible:
+            found.append(f".{name}")
+    return tuple(found)
 
 
 def formats_read() -> list[str]:

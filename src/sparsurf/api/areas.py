@@ -112,9 +112,8 @@ class Areas:
         rows = []
         for names in combinations(dict.fromkeys(molecule.chain.tolist()), 2):
             of_chain = [molecule.chain == name for name in names]
-            low, high = (
-                np.array([limit(xyz[mask], axis=0) for mask in of_chain]) for limit in (np.min, np.max)
-            )
+            low = np.array([xyz[mask].min(axis=0) for mask in of_chain])
+            high = np.array([xyz[mask].max(axis=0) for mask in of_chain])
             if (low.max(axis=0) - high.min(axis=0) > reach).any():
                 continue
             together = of_chain[0] | of_chain[1]

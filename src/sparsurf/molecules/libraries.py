@@ -87,14 +87,16 @@ def from_mdanalysis(atoms: AtomGroup | Universe, **keys: Unpack[SelectionKeys]) 
 def from_gemmi(structure: gemmi.Structure | gemmi.Model, **keys: Unpack[SelectionKeys]) -> Molecule:
     """Convert a Structure of gemmi, whose models become frames, or a Model."""
     models: Any = structure if hasattr(structure, "spacegroup_hm") else [structure]
-    rows = [
-        (
-            number, residue.het_flag == "H", atom.name, residue.name, chain.name, residue.segment, atom.element.name.upper(),
-            atom.altloc.strip("\0"), f"{residue.seqid.num}{residue.seqid.icode.strip()}".removeprefix("None"),
-            atom.occ, *atom.pos.tolist(), atom.b_iso, unit,
-        )
-        for number, model in enumerate(models, 1) for chain in model for unit, residue in enumerate(chain) for atom in residue
-    ]  # fmt: skip
+    rows = []
+    for number, model in enumerate(models, 1):
+        for chain in model:
+            for unit, residue in enumerate(chain):
+                label = f"{residue.seqid.num}{residue.seqid.icode.strip()}".removeprefix("None")
+                of_residue = number, residue.het_flag == "H"
+                for atom in residue:
+                    names = atom.name, residue.name, chain.name, residue.segment, atom.element.name.upper()
+                    place = atom.occ, *atom.pos.tolist(), atom.b_iso
+                    rows.append((*of_residue, *names, atom.altloc.strip("\0"), label, *place, unit))
     cell = getattr(structure, "cell", None)
     box = box_vectors(cell.a, cell.b, cell.c, cell.alpha, cell.beta, cell.gamma) if cell else None
     return _built_of_rows(rows, box, keys)
@@ -110,14 +112,12 @@ def from_biopython(entity: Entity, **keys: Unpack[SelectionKeys]) -> Molecule:
             for residue in chain.get_unpacked_list():
                 hetero, position, code = residue.id
                 label = f"{position}{code.strip()}"
-                rows += [
-                    (
-                        number, hetero != " ", atom.name, residue.resname.strip(), chain.id.strip(), residue.segid.strip(),
-                        (atom.element or "").upper(), atom.altloc.strip(), label, 
-                        1.0 if atom.occupancy is None else atom.occupancy, *map(float, atom.coord), atom.bfactor, 0,
-                    )
-                    for atom in residue.get_unpacked_list()
-                ]  # fmt: skip
+                names = residue.resname.strip(), chain.id.strip(), residue.segid.strip()
+                for atom in residue.get_unpacked_list():
+                    occupancy = 1.0 if atom.occupancy is None else atom.occupancy
+                    element, altloc = (atom.element or "").upper(), atom.altloc.strip()
+                    place = occupancy, *map(float, atom.coord), atom.bfactor
+                    rows.append((number, hetero != " ", atom.name, *names, element, altloc, label, *place, 0))
     return _built_of_rows(rows, None, keys)
 
 
@@ -139,13 +139,11 @@ def from_openmm(held: PDBFile | PDBxFile | Modeller, **keys: Unpack[SelectionKey
     several = held.getNumFrames() if hasattr(held, "getNumFrames") else 0
     positions = [held.getPositions(frame=k) for k in range(several)] or [held.positions]
     xyz = [[tuple(place) for place in frame.value_in_unit(angstrom)] for frame in positions]
-    rows = [
-        (
-            atom.name, residue.name, residue.chain.id, residue.id, residue.insertionCode,
-            atom.element.symbol if atom.element else "",
-        )
-        for residue in held.topology.residues() for atom in residue.atoms()
-    ]  # fmt: skip
+    rows = []
+    for residue in held.topology.residues():
+        of_residue = residue.name, residue.chain.id, residue.id, residue.insertionCode
+        for atom in residue.atoms():
+            rows.append((atom.name, *of_residue, atom.element.symbol if atom.element else ""))
     return _built(_table_of_rows(rows), _frames(xyz), "nm, as in OpenMM", False, keys)
 
 

@@ -68,12 +68,10 @@ def read_mmcif(text: str) -> AtomFile:
         _place_fractions(block)
     blocks = [block for block in document if len(block.find_values("_atom_site.Cartn_x"))]
     if not blocks:
-        found = (
-            text
-            for item, text in OTHER_CONTENT.items()
-            if any(len(block.find_values(item)) for block in document)
-        )
-        raise InputError(f"{FILE} {next(found, 'holds no atoms: give a file with an _atom_site loop')}.")
+        for item, content in OTHER_CONTENT.items():
+            if any(len(block.find_values(item)) for block in document):
+                raise InputError(f"{FILE} {content}.")
+        raise InputError(f"{FILE} holds no atoms: give a file with an _atom_site loop.")
     if len(blocks) > 1:
         log.warning("%s has %d data blocks with atoms: the first is read", FILE, len(blocks))
     block = blocks[0]
@@ -232,11 +230,9 @@ def _box(block: cif.Block) -> np.ndarray | None:
 
 def _cell(block: cif.Block) -> tuple[list[float], list[float]]:
     """Return the lengths (Å) and the angles (degrees) of the cell of a data block; nan where they are absent."""
-    lengths, angles = (
-        [cif.as_number(block.find_value(f"_cell.{name}") or "?") for name in names]
-        for names in (("length_a", "length_b", "length_c"), ("angle_alpha", "angle_beta", "angle_gamma"))
-    )
-    return lengths, angles
+    names = "length_a", "length_b", "length_c", "angle_alpha", "angle_beta", "angle_gamma"
+    values = [cif.as_number(block.find_value(f"_cell.{name}") or "?") for name in names]
+    return values[:3], values[3:]
 
 
 def _sequences(block: cif.Block) -> dict[str, list[str]]:
@@ -257,7 +253,8 @@ def _crosslinked(block: cif.Block) -> frozenset[tuple[str, str]]:
     ]
     residues = set()
     for row in block.find("_struct_conn.", ["conn_type_id", *ends[0], *ends[1]]):
-        parts = [[cif.as_string(row[k]) if row.has(k) else "" for k in range(a, a + 4)] for a in (1, 5)]
+        values = [cif.as_string(row[k]) if row.has(k) else "" for k in range(1, 9)]
+        parts = values[:4], values[4:]
         if row[0] == "covale" and all(standard_name(part[3]) in HEAVY_ATOMS for part in parts):
             residues |= {(chain, number + code) for chain, number, code, _ in parts}
     return frozenset(residues)

@@ -42,14 +42,9 @@ def read_parm7(source: Source) -> AtomFile:
             f"{FILE} has no RESIDUE_POINTER for each of its {n_residues} residues: copy it again."
         )
     residue = np.repeat(np.arange(n_residues), np.diff([*starts, n_atoms]))
-    labels = [
-        f"{number}{code}"
-        for number, code in zip(
-            _of_residues(fields, "RESIDUE_NUMBER", [str(k + 1) for k in range(n_residues)]),
-            _of_residues(fields, "RESIDUE_ICODE", [""] * n_residues),
-            strict=True,
-        )
-    ]
+    numbers = _of_residues(fields, "RESIDUE_NUMBER", [str(k + 1) for k in range(n_residues)])
+    codes = _of_residues(fields, "RESIDUE_ICODE", [""] * n_residues)
+    labels = [f"{number}{code}" for number, code in zip(numbers, codes, strict=True)]
     chains = _of_residues(fields, "RESIDUE_CHAINID", [""] * n_residues)
     atoms = atom_table(
         name=names,

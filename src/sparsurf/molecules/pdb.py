@@ -149,11 +149,11 @@ def _box_of_models(
     A cell behind the last model shows that each one stands behind its model.
     """
     behind = cells[-1][0] == len(models)
-    preceding = [[cell for n_before, cell in cells if n_before <= k + behind] for k in range(len(models))]
-    return {
-        model: (cells_before or [cells[0][1]])[-1]
-        for model, cells_before in zip(models, preceding, strict=True)
-    }
+    boxes = {}
+    for k, model in enumerate(models):
+        preceding = [cell for n_before, cell in cells if n_before <= k + behind]
+        boxes[model] = preceding[-1] if preceding else cells[0][1]
+    return boxes
 
 
 def _columns(lines: list[str], ends: set[int]) -> tuple[dict[str, Any], np.ndarray, np.ndarray]:

@@ -160,10 +160,9 @@ def _in_residues(
             raise InputError(
                 f"{argument('residues')}: '{shorten(item)}' is not in {FILE}, which has {_extents(molecule)}."
             )
-        several = [
-            [chain_name for chain_name in ids if chain_name in chain_of[inside & in_chains]]
-            for ids in split.values()
-        ]
+        several, chosen = [], chain_of[inside & in_chains]
+        for ids in split.values():
+            several.append([chain_name for chain_name in ids if chain_name in chosen])
         if chain is None and any(len(ids) > 1 for ids in several):
             ids = next(ids for ids in several if len(ids) > 1)
             raise InputError(
@@ -195,10 +194,11 @@ class _ChainWithCodes(NamedTuple):
         within = [
             k for k, label in enumerate(self.label) if low <= int(split_label(label)[0] or low - 1) <= high
         ]
-        begin, end = (
-            self.label.index(text.upper()) if text.upper() in self.label else within[side] if within else -1
-            for text, side in ((first, 0), (last, -1))
-        )  # fmt: skip
+        begin, end = (within[0], within[-1]) if within else (-1, -1)
+        if first.upper() in self.label:
+            begin = self.label.index(first.upper())
+        if last.upper() in self.label:
+            end = self.label.index(last.upper())
         if min(begin, end) < 0:
             return self.atoms, 0, 0
         return self.atoms, int(self.place[begin]), int(self.place[end]) + 1 if end >= begin else -1
@@ -316,16 +316,17 @@ def _report_left_out(molecule: AtomsLike, selected: np.ndarray, within: np.ndarr
     taken = set(molecule.residue_index[selected].tolist())
     first = np.unique(molecule.residue_index, return_index=True)[1]
     sizes = np.bincount(molecule.residue_index)
-    for minor in (False, True):  # water and ions, which few users want, are logged separately
-        counts = Counter(
-            str(molecule.residue_name[atom])
-            for atom, size in zip(first, sizes, strict=True)
-            if within[atom] and int(molecule.residue_index[atom]) not in taken
-            and minor == (molecule.kind[atom] == "water" or (size == 1 and molecule.kind[atom] == "other"))
-        )  # fmt: skip
-        if counts:
-            listed = ", ".join(f"{count} {name}" for name, count in counts.most_common())
-            log.log(logging.INFO if minor else logging.WARNING, "%s: left out %s", FILE, listed)
+    # water and ions, which few users want, are logged separately
+    counts: dict[int, Counter[str]] = {logging.WARNING: Counter(), logging.INFO: Counter()}
+    for atom, size in zip(first, sizes, strict=True):
+        if within[atom] and int(molecule.residue_index[atom]) not in taken:
+            is_ion = size == 1 and molecule.kind[atom] == "other"
+            level = logging.INFO if is_ion or molecule.kind[atom] == "water" else logging.WARNING
+            counts[level][str(molecule.residue_name[atom])] += 1
+    for level, of_level in counts.items():
+        if of_level:
+            listed = ", ".join(f"{count} {name}" for name, count in of_level.most_common())
+            log.log(level, "%s: left out %s", FILE, listed)
 
 
 def _chains(molecule: AtomsLike) -> str:

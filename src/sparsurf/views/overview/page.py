@@ -193,11 +193,11 @@ def residue_words(residues: pd.DataFrame | None) -> dict[str, Any]:
         return {"table": None, "panels": [], "rough": [], "means": []}
     columns = columns_of_means(residues)
     rough = roughest(residues)
-    rows = [
-        {"label": label, "residue": position, "roughness": row["mean_roughness"], "area": row["area"], "dots": row["dots"],
-         "means": [row[name] for name in columns]}
-        for label, position, row in zip(labels_of(rough), rough.index, rough.to_dict("records"), strict=True)
-    ]  # fmt: skip
+    rows = []
+    for label, position, row in zip(labels_of(rough), rough.index, rough.to_dict("records"), strict=True):
+        shown = {"label": label, "residue": position, "roughness": row["mean_roughness"]}
+        shown |= {"area": row["area"], "dots": row["dots"], "means": [row[name] for name in columns]}
+        rows.append(shown)
     means = [named_field(str(name).removeprefix("mean_")) for name in columns]
     return {"table": True, "panels": panels(residues), "rough": rows, "means": means}
 

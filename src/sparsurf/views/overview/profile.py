@@ -144,17 +144,10 @@ def _row(rows: pd.DataFrame, per_row: int, low: float, high: float, step_of_axis
     down = TOP + (PROFILE_HEIGHT - TOP - BOTTOM) * (high - values) / (high - low)
     curves = [" ".join(f"{across[k]:.1f},{down[k]:.1f}" for k in part) for part in stretches(rows, "drawn")]
     labels, rough = labels_of(rows), rows["rough"].tolist()
-    marks = [
-        Mark(
-            round(float(across[k]), 1),
-            round(float(down[k]), 1),
-            labels[k],
-            float(values[k]),
-            rough[k],
-            int(rows.index[k]),
-        )
-        for k in np.flatnonzero(np.isfinite(values)).tolist()
-    ]
+    marks = []
+    for k in np.flatnonzero(np.isfinite(values)).tolist():
+        x, y = round(float(across[k]), 1), round(float(down[k]), 1)
+        marks.append(Mark(x, y, labels[k], float(values[k]), rough[k], int(rows.index[k])))
     places = places_of_labels(rows, LABEL_ROOM / step)
     ticks = [(round(float(across[k]), 1), str(rows["residue"].iloc[k])) for k in places]
     count = round((high - low) / step_of_axis)
