@@ -416,6 +416,9 @@ def test_a_surface_is_unusual_by_each_measure(word):
     one = {"area per atom": 5.0, "volume per atom": 11.0, "dots in cavities": 0.25} | {word: values}
     table = made_up(6).assign(atoms=atoms, N=n, mean_roughness=0.5, cavity_dots=one["dots in cavities"] * n)
     table = table.assign(area=one["area per atom"] * atoms, volume=one["volume per atom"] * atoms)
+    assert summary.measures(table)["cavity_percent"].to_numpy() == pytest.approx(
+        100 * one["dots in cavities"]
+    )
     found = summary.most_unusual(table, 6)
     assert found["unusual"][0] == word and found["protein"][0] == "s005"
     assert found["deviation"][0] == pytest.approx(0.95 / (1.4826 * 0.15))
@@ -560,5 +563,8 @@ def test_the_same_warning_of_two_structures_is_listed_twice(tmp_path):
     assert listed["job"].tolist() == [*3 * ["analyse_batch"], "draw_view"]
     page = " ".join(Path(files["page"]).read_text().split())
     assert "x19 and 3 more" in page and "x20" not in page  # 23 failed, and 20 are named
+    assert "computed in 1 batch." in page and pd.read_csv(files["checks"])["file"].tolist() == [
+        "residues/0001.parquet"  # which is missing here
+    ]
     failures = pd.read_csv(files["failures"])
     assert len(failures) == 24 and failures.iloc[0].tolist() == ["left", "by hand"]

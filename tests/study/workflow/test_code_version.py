@@ -153,7 +153,9 @@ def test_the_functions_of_a_kind_that_is_loaded_count(checkout):
 
 
 @pytest.mark.parametrize("kind", ["sampler", "field"])
-def test_a_package_counts_where_the_config_names_it_and_the_script_loads_its_kind(checkout, package, kind):
+def test_a_package_counts_where_the_config_names_it_and_the_script_loads_its_kind(
+    checkout, package, kind, monkeypatch
+):
     with open(checkout / "src/sparsurf/streams.py", "a") as stream:
         stream.write(f'choice, function = kinds.load("{kind}", name, key)')
     unused = version()
@@ -163,6 +165,16 @@ def test_a_package_counts_where_the_config_names_it_and_the_script_loads_its_kin
     (package / "my_plugin" / "own.py").write_text("def topmost(prepared, n, rng): n+n")  # as long
     edited = version()
     assert (edited != used) == (kind == "sampler")
+    with (
+        monkeypatch.context() as patch
+    ):  # a file that is too large to be read, such as weights, counts by its size
+        patch.setattr(code_version, "LARGEST_FILE_READ", 9)
+        large = []
+        for text in ("n" * 50, "m" * 50, "n" * 51):
+            (package / "my_plugin" / "own.py").write_text(text)
+            large.append(version())
+    assert large[0] == large[1] and (large[2] != large[0]) == (kind == "sampler")
+    edited = version()
     info = package / "my_plugin-1.0.dist-info" / "METADATA"
     info.write_text(info.read_text().replace("1.0", "1.1"))
     kinds.plugins.cache_clear()

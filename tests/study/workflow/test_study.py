@@ -408,6 +408,7 @@ def test_a_profile_of_the_login_file_counts_only_beside_one_that_is_given(
     [
         ("my study (2).yaml", "my_study__2_"),
         ("default_of_mine.yml", "default_of_mine"),
+        (f"{'a' * 120}.yaml", "a" * 100),
     ],
 )
 def test_a_config_without_a_run_gives_its_name_to_the_results(checkout, tmp_path, name, run):
