@@ -225,6 +225,7 @@ def test_what_was_left_out_stands_on_the_page_and_warnings_are_shown_once(tmp_pa
     (tmp_path / "unknown.pdb").write_text(peptide(["UNK", "UNK"]) + "END\n")
     text = Page(sparsurf.show(tmp_path / "unknown.pdb", open_browser=False).html).text
     assert "hydropathy has no value on this molecule" in text and "potential has no value" not in text
+    assert "UNK have no charges in the table and count as neutral." in text  # of the fields
     (tmp_path / "apo.pdb").write_text(peptide() + "END\n")
     page = Page(sparsurf.show(tmp_path / "apo.pdb", open_browser=False).html)
     assert "Nothing that stands in the file was left out of the molecule." in page.text

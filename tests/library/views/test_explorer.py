@@ -384,7 +384,7 @@ def test_the_slider_the_keys_and_the_curves_choose_a_frame(browser, frames_html,
     (tmp_path / "page.html").write_text(frames_html, encoding="utf-8")
     browser.open((tmp_path / "page.html").as_uri())
     browser.wait_for(READY)
-    header, _ = unpacked(frames_html)
+    header, columns = unpacked(frames_html)
     shown = "return [view.frame, element('frame-text').textContent, +element('frame').value]"
 
     def is_shown(frame):
@@ -403,6 +403,14 @@ def test_the_slider_the_keys_and_the_curves_choose_a_frame(browser, frames_html,
     assert (
         browser.run("return document.querySelectorAll('.over-time').length") == 3
     )  # of all, and two of the residue
+    for k, described in enumerate(header["numbers"][1:], 1):
+        of_frames = columns[f"number {k}"].reshape(5, 6)[:, header["residues"].index(label)]
+        values = described["low"] + described["step"] * of_frames
+        said = [f"{value:.{described['digits']}f}" for value in (values.min(), values.max(), values[0])]
+        curve = browser.run(
+            f"return document.querySelectorAll('.over-time svg')[{k}].getAttribute('aria-label')"
+        )
+        assert curve.endswith("from {} to {}; {} in the shown frame".format(*said)) and said[0] != said[1]
     words = browser.run("return element('chosen').textContent")
     browser.press("#frame", "\ue014")
     is_shown(1)
@@ -427,7 +435,7 @@ def test_the_slider_the_keys_and_the_curves_choose_a_frame(browser, frames_html,
     assert browser.complaints() == []
 
 
-def test_a_page_shows_at_most_a_hundred_frames_evenly(folder, monkeypatch):
+def test_a_page_shows_at_most_a_hundred_frames_evenly(folder, frames_html, monkeypatch):
     for n, every in ((1, 1), (100, 1), (101, 2), (10_000, 100), (9_999, 100)):
         positions = frame_pages.shown_positions(n)
         assert (
@@ -440,6 +448,12 @@ def test_a_page_shows_at_most_a_hundred_frames_evenly(folder, monkeypatch):
     html = sparsurf.show(folder / "top.pdb", trajectory=folder / "run.xtc", open_browser=False).html
     assert "has 5 frames of 6 residues, of which this page shows every 2nd." in Page(html).text
     assert unpacked(html)[0]["frames"] == ["frame 0, 0 ps", "frame 2, 15 ns", "frame 4, 30 ns"]
+    areas, of_all = (
+        header["numbers"][1]["low"] + header["numbers"][1]["step"] * columns["number 1"].reshape(-1, 6)
+        for header, columns in map(unpacked, (html, frames_html))
+    )
+    np.testing.assert_allclose(areas, of_all[::2], atol=0.2)
+    assert np.abs(areas - of_all[:3]).max() > 2  # those of the first frames are others
 
 
 def test_the_command_says_first_how_many_frames_there_are_and_names_the_page_after_them(
