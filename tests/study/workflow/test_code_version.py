@@ -127,9 +127,9 @@ def package(tmp_path, monkeypatch):
     folder = tmp_path / "site"
     info = folder / "my_plugin-1.0.dist-info"
     info.mkdir(parents=True)
-    (folder / "my_plugin").mkdir()
-    (folder / "my_plugin" / "__init__.py").write_text("from my_plugin.own import topmost")
-    (folder / "my_plugin" / "own.py").write_text("def topmost(prepared, n, rng): ...")
+    (folder / "my_plugin" / "deep").mkdir(parents=True)
+    (folder / "my_plugin" / "__init__.py").write_text("from my_plugin.deep.own import topmost")
+    (folder / "my_plugin" / "deep" / "own.py").write_text("def topmost(prepared, n, rng): ...")
     (info / "METADATA").write_text("Metadata-Version: 2.1\nName: my-plugin\nVersion: 1.0\n")
     (info / "entry_points.txt").write_text(
         "[sparsurf]\nsampler.topmost = my_plugin:topmost\nfield.x = my_plugin:x\n"
@@ -162,7 +162,7 @@ def test_a_package_counts_where_the_config_names_it_and_the_script_loads_its_kin
     Minimal(sampler="topmost", percent=10)  # as the config is checked when a study is planned
     used = version()
     assert (used != unused) == (kind == "sampler")
-    (package / "my_plugin" / "own.py").write_text("def topmost(prepared, n, rng): n+n")  # as long
+    (package / "my_plugin" / "deep" / "own.py").write_text("def topmost(prepared, n, rng): n+n")  # as long
     edited = version()
     assert (edited != used) == (kind == "sampler")
     with (
@@ -171,7 +171,7 @@ def test_a_package_counts_where_the_config_names_it_and_the_script_loads_its_kin
         patch.setattr(code_version, "LARGEST_FILE_READ", 9)
         large = []
         for text in ("n" * 50, "m" * 50, "n" * 51):
-            (package / "my_plugin" / "own.py").write_text(text)
+            (package / "my_plugin" / "deep" / "own.py").write_text(text)
             large.append(version())
     assert large[0] == large[1] and (large[2] != large[0]) == (kind == "sampler")
     edited = version()

@@ -86,6 +86,9 @@ def test_check_names_files_that_were_changed_with_their_time_kept_or_are_missing
     assert capsys.readouterr().out.startswith(
         "The 2 jobs of results/mine/ agree with their inputs, code and results.\n"
     )
+    path.write_text("2")  # the files are as the run wrote them, but follow from another input
+    assert check_run.main(config) == 1 and "in.pdb is not the file" in capsys.readouterr().out
+    path.write_text("1")
     for path, text in ((files[1], "x\n1\n3\n"), (files[2], "x\n1")):
         times = path.stat().st_atime_ns, path.stat().st_mtime_ns
         path.write_text(text)

@@ -775,8 +775,13 @@ def long_study(checkout, snakemake=LONG, command=()):
     ours = ("MAKEFLAGS", "MAKELEVEL", "CLUSTER", "CONFIG", "CORES")  # given to `make test`
     environment = {name: value for name, value in os.environ.items() if name not in ours}
     environment |= {"PYTHONPATH": str(ROOT / "src")}
-    # a job in the background of a shell passes on that Ctrl-C is ignored
-    signals = {"start_new_session": True, "preexec_fn": lambda: signal.signal(signal.SIGINT, signal.SIG_DFL)}
+
+    def hear_all_signals():
+        """A job in the background of a shell passes on that Ctrl-C is ignored, and nohup the same of a closed terminal."""
+        for number in (signal.SIGINT, signal.SIGHUP):
+            signal.signal(number, signal.SIG_DFL)
+
+    signals = {"start_new_session": True, "preexec_fn": hear_all_signals}
     process = subprocess.Popen(command, cwd=checkout.root, env=environment, **streams, **signals)
     pid, deadline = checkout.root / "pid", time.monotonic() + 60
     while not (pid.is_file() and pid.read_text()):
@@ -799,11 +804,17 @@ def test_ctrl_c_waits_until_jobs_are_cancelled_and_ends_with_a_sentence(checkout
     assert printed.splitlines()[-1].startswith("Stopped. ") and "study.py" not in printed
 
 
-def test_sigterm_is_passed_on(checkout):
-    with long_study(checkout) as (process, _):
-        process.terminate()
+@pytest.mark.parametrize(
+    ("prefix", "stops"), [([], ["SIGTERM"]), ([], ["SIGHUP"]), (["nohup"], ["SIGHUP", "SIGTERM"])]
+)
+def test_a_signal_is_passed_on(checkout, prefix, stops):
+    """A closed terminal is one, but not for a study that goes on without it."""
+    command = [*prefix, sys.executable, checkout.root / "scripts" / "study.py", checkout.config()]
+    with long_study(checkout, command=command) as (process, _):
+        for stop in stops:
+            process.send_signal(signal.Signals[stop])
         printed = process.communicate(timeout=30)[1]
-    assert process.returncode == 143 and (checkout.root / "cancelled").exists()
+    assert process.returncode == 128 + signal.Signals[stops[-1]] and (checkout.root / "cancelled").exists()
     assert printed == "\nStopped. Finished results stay; the same command continues where it was.\n"
 
 
