@@ -18,7 +18,13 @@ from sparsurf.files import (
     read_archive,
     read_bytes,
     read_text,
+    shorten,
 )
+
+
+def test_a_long_text_is_cut_in_the_middle():
+    assert shorten("a" * 200) == "a" * 200
+    assert shorten("a" * 100 + "b" * 41 + "c" * 60) == "a" * 100 + "..." + "c" * 60 + " (201 characters)"
 
 
 def test_parquet_without_pyarrow_is_a_sentence(monkeypatch):

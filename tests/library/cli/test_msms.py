@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -180,6 +181,23 @@ def test_a_surface_that_needs_more_memory_than_there_is_is_refused(folder, capsy
     monkeypatch.setattr("sparsurf.surfaces.mesh.bytes_of_memory", lambda: 1e6)
     assert ended(folder, "-if p.xyzr -of x") == 1
     assert "more than the 0 GB of this machine" in capsys.readouterr().err and not list(folder.glob("x.*"))
+
+
+def test_a_warm_start_is_fast(folder):
+    """In seconds of the processor, which a busy machine does not change much."""
+    from resource import RUSAGE_CHILDREN, getrusage
+
+    (folder / "two.xyzr").write_text("0 0 0 1.5\n3 0 0 1.5\n")
+    took = []
+    for _ in range(2):
+        before, began = getrusage(RUSAGE_CHILDREN), time.perf_counter()
+        subprocess.run(
+            [sys.executable, "-m", "sparsurf.cli.msms", "-if", "two.xyzr", "-of", "two"], cwd=folder, check=True,
+            capture_output=True,
+        )  # fmt: skip
+        after = getrusage(RUSAGE_CHILDREN)
+        took.append(min(after.ru_utime - before.ru_utime, time.perf_counter() - began))
+    assert min(took) < 1.5
 
 
 def test_each_cavity_has_files_of_its_own(folder, capsys):

@@ -121,6 +121,20 @@ TEXT = made("").decode()
 BEFORE = "element face 2\nproperty list uchar int vertex_indices\nelement camera 1\nproperty float a\nproperty float b\n"
 
 
+@pytest.mark.parametrize("order", ["", "<", ">"])
+def test_elements_before_the_vertices_are_skipped(tmp_path, order):
+    head, end, body = made(order).partition(b"end_header\n")
+    head = head.replace(b"element vertex", BEFORE.encode() + b"element vertex")
+    rows = (
+        struct.pack(f"{order}B3iB2i2f", 3, 0, 1, 1, 2, 0, 1, 0.5, 1) if order else b"3 0 1 1\n2 0 1\n0.5 1\n"
+    )
+    (tmp_path / "a.ply").write_bytes(head + end + rows + body)
+    assert read_surface(tmp_path / "a.ply").points.tolist() == POINTS
+    (tmp_path / "a.ply").write_bytes(head + end + rows[:-1] + b"\n" * (not order))
+    with pytest.raises(InputError, match="its 2 vertices cannot be read"):
+        read_surface(tmp_path / "a.ply")
+
+
 @pytest.mark.parametrize(
     ("content", "words"),
     [
