@@ -160,9 +160,8 @@ def _in_residues(
             raise InputError(
                 f"{argument('residues')}: '{shorten(item)}' is not in {FILE}, which has {_extents(molecule)}."
             )
-        several, chosen = [], chain_of[inside & in_chains]
-        for ids in split.values():
-            several.append([chain_name for chain_name in ids if chain_name in chosen])
+        chosen = chain_of[inside & in_chains]
+        several = [[chain_name for chain_name in ids if chain_name in chosen] for ids in split.values()]
         if chain is None and any(len(ids) > 1 for ids in several):
             ids = next(ids for ids in several if len(ids) > 1)
             raise InputError(

@@ -358,7 +358,8 @@ def curve(table: pd.DataFrame) -> dict[str, Any]:
         k = int((rows["d"] < 0).to_numpy().argmax())  # 0 where d is never below 0
         if k and rows["d"].iloc[0] > 0:
             crossings.append(rows["ratio"].iloc[k])
-    step, levels = max(1, math.ceil((high - low) / 6)), []
+    step = max(1, math.ceil((high - low) / 6))
+    levels = []
     for level in range(low, high + 1):
         if level % step == 0:
             y = bottom - (bottom - top) * (level - low) / max(high - low, 1)
