@@ -44,7 +44,7 @@ from sparsurf.surfaces.read_surface import read_surface
 from sparsurf.surfaces.surface import Surface
 from sparsurf.threads import available_cores
 
-ATOM_OPTIONS = ("chains", "selection", "ligands", "model", "assembly")
+ATOM_OPTIONS = ("chains", "selection", "ligands", "model", "assembly", "assembly_name")
 STRUCTURE_OPTIONS = ("trajectory", "frame", *ATOM_OPTIONS, "residues")  # without a meaning for a file of dots
 PLACEMENT_OPTIONS = ("probe_radius", "radii", "cavities")  # which have none, either
 
@@ -133,8 +133,10 @@ def add_molecule(
         atoms.add_argument("--model", action=ModelOrNumber, metavar="MODEL", help=help_text)
     else:
         several.add_argument("--model", type=int, metavar="NUMBER", help=help_text)
-    help_text = "treat all models as one molecule (a biological assembly)"
+    help_text = "read the biological assembly: the copies that a file of one model declares, or all models as one molecule"
     several.add_argument("--assembly", action="store_true", default=None, help=help_text)
+    help_text = "read the declared assembly of this name, such as 2, in place of the first one"
+    atoms.add_argument("--assembly-name", metavar="NAME", help=help_text)
 
 
 def add_residues(parser: argparse._ActionsContainer) -> None:
@@ -325,7 +327,7 @@ def read_atoms(args: argparse.Namespace, stride: int | None = None) -> Molecule:
     Every `stride`-th frame is used if that is given, and otherwise the one of `--frame`.
     """
     keys = {key: getattr(args, key) for key in ATOM_OPTIONS}
-    keys["assembly"] = bool(keys["assembly"])
+    keys["assembly"] = keys.pop("assembly_name") or bool(keys["assembly"])
     keys["ligands"] = False if keys["ligands"] is None else keys["ligands"]
     with heard(args.file) as args.heard:
         molecule = read_molecule(source_of(args), args.trajectory, stride=stride or 1, **keys)

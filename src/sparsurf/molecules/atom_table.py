@@ -8,7 +8,7 @@ from __future__ import annotations
 import logging
 import math
 from collections import Counter, defaultdict
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import combinations
 from typing import Any, NamedTuple
@@ -93,6 +93,8 @@ class AtomFile:
     origin: str = ""  # see `plddt`
     # the box of each model by its number, where a file has several
     boxes: Mapping[int, np.ndarray | None] = field(default_factory=dict)
+    # reads the biological assemblies that the file declares
+    assemblies: Callable[[], Sequence[gemmi.Assembly]] = tuple
 
     def box_of(self, model: int) -> np.ndarray | None:
         """Return the box of a model (3, 3), Å; None without one."""

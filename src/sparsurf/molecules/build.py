@@ -17,6 +17,7 @@ import numpy as np
 
 from sparsurf.errors import FILE, InputError, argument, naming_file
 from sparsurf.files import pluralise
+from sparsurf.molecules.assemblies import copies
 from sparsurf.molecules.atom_table import (
     AtomFile,
     AtomTable,
@@ -259,12 +260,20 @@ def molecule_of_models(
     model: int | None = None,
     stride: int = 1,
     whole: bool = True,
-    assembly: bool = False,
+    assembly: bool | str = False,
 ) -> Molecule:
     """Return the selected atoms of an input whose models are its frames, or with `assembly` parts of one molecule."""
     tables = _select_models(prepare_table(file, altloc), model)
     if assembly:
-        _refuse_conformations(tables)
+        if len(tables) == 1:
+            tables = copies(tables[0], file.assemblies(), assembly)
+        elif assembly is not True:
+            raise InputError(
+                f"{argument('assembly')}: {FILE} has {len(tables)} models, which `{argument('assembly')}` joins: leave out the "
+                "name, or give a file of one model."
+            )
+        else:
+            _refuse_conformations(tables)
         tables = {0: _joined(tables)}
     warn_of_stride(len(tables), stride)
     numbers = np.array(list(tables))[::stride]

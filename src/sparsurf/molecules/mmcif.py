@@ -9,6 +9,7 @@ import logging
 import re
 from collections import defaultdict
 from collections.abc import Iterable
+from functools import partial
 from typing import Any
 
 import gemmi
@@ -17,6 +18,7 @@ from gemmi import cif
 
 from sparsurf.errors import FILE, InputError
 from sparsurf.files import shorten
+from sparsurf.molecules.assemblies import assemblies_of_mmcif
 from sparsurf.molecules.atom_table import AtomFile, AtomTable, atom_table, box_vectors
 from sparsurf.molecules.plddt import origin_of_mmcif
 from sparsurf.molecules.residues import HEAVY_ATOMS, standard_name
@@ -78,9 +80,9 @@ def read_mmcif(text: str) -> AtomFile:
     box = _box(block)
     atoms = _atoms(block)
     _report_absent(block, text)
-    return AtomFile(
-        atoms, box, _sequences(block), _crosslinked(block), origin_of_mmcif(block, box is not None)
-    )
+    origin = origin_of_mmcif(block, box is not None)
+    assemblies = partial(assemblies_of_mmcif, block)
+    return AtomFile(atoms, box, _sequences(block), _crosslinked(block), origin, assemblies=assemblies)
 
 
 def _place_fractions(block: cif.Block) -> None:

@@ -12,7 +12,7 @@ import logging
 import re
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from functools import cache
+from functools import cache, partial
 from itertools import compress, product
 from pathlib import Path
 from string import ascii_lowercase, ascii_uppercase, digits
@@ -23,6 +23,7 @@ import numpy as np
 
 from sparsurf.errors import FILE, InputError
 from sparsurf.files import StrPath, shorten
+from sparsurf.molecules.assemblies import assemblies_of_pdb
 from sparsurf.molecules.atom_table import AtomFile, AtomTable, atom_table, box_vectors, missing_residues
 from sparsurf.molecules.atoms import AtomsLike
 from sparsurf.molecules.plddt import origin_of_pdb
@@ -138,7 +139,9 @@ def read_pdb(text: str) -> AtomFile:
     box = cells[0][1] if cells else None
     has_box = any(cell is not None for _, cell in cells)
     origin = origin_of_pdb(other_lines, has_box)
-    return AtomFile(atoms, box, sequences, frozenset(crosslinked), origin, boxes)
+    remarks = [line for line in other_lines if line.startswith("REMARK 350")]
+    assemblies = partial(assemblies_of_pdb, remarks)
+    return AtomFile(atoms, box, sequences, frozenset(crosslinked), origin, boxes, assemblies)
 
 
 def _box_of_models(

@@ -63,7 +63,7 @@ def read_molecule(
     times: Sequence[float] | None = None,
     whole: bool = True,
     plddt: float | None = None,
-    assembly: bool = False,
+    assembly: bool | str = False,
 ) -> Molecule:
     """Read a molecule: a structure, an ensemble of models, or a topology with its trajectory.
 
@@ -98,9 +98,10 @@ def read_molecule(
     plddt : float, optional
         Lowest pLDDT, 0 to 100, of the residues of a predicted model that are read. Experimental structures are read whole.
         A bound above 0 and at most 1 is refused, since pLDDT is no share.
-    assembly : bool
-        Whether all models of the structure are parts of one molecule (default False); the chains of the second model become
-        A-2, B-2, ...
+    assembly : bool or str
+        Whether a biological assembly is read (default False): all models of the structure as one molecule or, where it has one
+        model, the copies by the operators that it declares (REMARK 350, _pdbx_struct_assembly_gen), of the first assembly or of
+        the one whose name is given, such as '2'. The chains of the second model or copy become A-2, B-2, ...
 
     Returns
     -------
@@ -121,7 +122,8 @@ def read_molecule(
     """
     stride = STRIDE.check(stride, "stride")
     check_flag(whole, "whole")
-    check_flag(assembly, "assembly")
+    if not isinstance(assembly, str):
+        check_flag(assembly, "assembly")
     if plddt is not None:
         plddt = check_plddt(plddt)
     if times is not None:
@@ -140,7 +142,7 @@ def read_molecule(
         raise InputError(
             f"{argument('plddt')}: a trajectory has none; remove `{argument('plddt')}`, or choose the residues."
         )
-    options = model, altloc, stride, times, bool(whole), plddt, bool(assembly)
+    options = model, altloc, stride, times, bool(whole), plddt, assembly
     return molecule_of_files(
         open_source(path), None if trajectory is None else open_source(trajectory), keys, *options
     )
@@ -156,7 +158,7 @@ def molecule_of_files(
     times: Sequence[float] | None = None,
     whole: bool = True,
     plddt: float | None = None,
-    assembly: bool = False,
+    assembly: bool | str = False,
 ) -> Molecule:
     """Return the molecule of a structure, or of a topology and a trajectory, as `read_molecule` does."""
     keys = keys or {}

@@ -141,7 +141,8 @@ class Protein(Section):
         "as frames."
     )
     assembly: bool = optional(
-        "true if the models of the file are parts of one molecule, as in files of biological assemblies; false by default."
+        "true to read the biological assembly: the copies that a file of one model declares, or all models as one molecule; "
+        "false by default."
     )
     altloc: Text = optional(
         "Which of the alternate positions of an atom is used: first (the default), highest (occupancy) or a letter."

@@ -137,7 +137,7 @@ ELSEWHERE = {
     ("fields", "table"): "dot_fields/test_fields.py",
     ("read_molecule", "whole"): "test_corpus.py",
     ("read_molecule", "plddt"): "molecules/test_plddt.py",
-    ("read_molecule", "assembly"): "test_corpus.py",
+    ("read_molecule", "assembly"): "molecules/test_assemblies.py",
     ("write", "frame"): "api/test_writing.py",
     ("write", "colours"): "api/test_writing.py",
     ("points_of", "jobs"): "api/test_points.py",

@@ -28,6 +28,15 @@ CALLS = {  # with which options are combined
     "atoms": ("two.pdb", "", {}),
     "areas": ("two.pdb", "", {}),
 }
+DECLARED = "".join(  # a monomer, and a dimer whose copies lie 6 Å apart
+    f"REMARK 350 BIOMOLECULE: {name}\nREMARK 350 APPLY THE FOLLOWING TO CHAINS: A\n"
+    + "".join(
+        f"REMARK 350   BIOMT{row}   {copy}  {row == 1:.6f}  {row == 2:.6f}  {row == 3:.6f}     {shift * (row == 3):10.5f}\n"
+        for copy, shift in ((1, 0), (2, 6))[:name]
+        for row in (1, 2, 3)
+    )
+    for name in (1, 2)
+)
 OF_ATOMS = {
     "--chains A": {"chains": "A"},
     "--selection backbone": {"selection": "backbone"},
@@ -35,6 +44,7 @@ OF_ATOMS = {
     "--frame 1": {"frame": 1},
     "--model 2": {"model": 2},
     "--assembly": {"assembly": True},
+    "--assembly-name 2": {"assembly": "2"},
     "--trajectory run.xtc": {"trajectory": "run.xtc"},
     "--trajectory run.xtc --frame 1": {"trajectory": "run.xtc", "frame": 1},
 }
@@ -84,6 +94,7 @@ OPTIONS = {
     "areas": {"": {}, **OF_ATOMS, **PLACED, "--of chains": {"of": "chains"}},
 }  # fmt: skip
 FILES = {  # in which an option has an effect
+    "--assembly-name": "declared.pdb",
     "--assembly": "apart.pdb",
     "--trajectory": "one.pdb",
     "--cavities": "cage.pdb",
@@ -115,6 +126,7 @@ def folder(tmp_path_factory):
     place = tmp_path_factory.mktemp("options")
     write(place / "two.pdb", two_models())
     write(place / "apart.pdb", two_models(shift=40))
+    write(place / "declared.pdb", DECLARED + peptide(("ALA", "SER", "LYS")) + "END\n")
     write(place / "one.pdb", peptide(("ALA", "SER", "LYS")) + "END\n")
     frame = mdtraj.load(str(place / "one.pdb"))
     moved = [frame.xyz[0] * scale for scale in ([1.02, 1, 1], [1, 1.04, 1])]
