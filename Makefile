@@ -2,7 +2,7 @@
 # make paper   the same for conformation A1 of the paper, with the paper's tables beside ours (see studies/paper.yaml);
 #              5 minutes of CPU time
 # make compare  a study, and its samplers compared at equal n_S; a later make run keeps that up to date
-# make check   follow the records of a run from its inputs to its page, name the first link that differs, and the files that do
+# make check   compare the files of a run with its SHA256SUMS
 # make test    set up, run every check and test
 # make test-fast  the tests without those that run whole studies, Slurm, a browser, a package or a recipe: after each edit
 # make bench   measure speed and memory, each as a ratio to the commit BASE (none with BASE=) and to other programs, and how they grow
@@ -61,7 +61,7 @@ endif
 ifneq ($(and $(CLUSTER),$(PROFILE)),)
 $(error CLUSTER is $(CLUSTER) and PROFILE is $(PROFILE): give only one of the two)
 endif
-WHERE  := $(if $(CLUSTER),--cluster $(CLUSTER),$(if $(PROFILE),--profile "$(PROFILE)",--cores $(CORES)))
+WHERE  := $(if $(CLUSTER),--workflow-profile profiles/$(CLUSTER),$(if $(PROFILE),--workflow-profile "$(PROFILE)",--cores $(CORES)))
 LOCKED := $(shell cat envs/requirements*.txt | cksum | cut -d' ' -f1)
 FOR_TEST := $(VENV)/.ready-test-$(LOCKED)
 FOR_DOCS := $(VENV)/.ready-docs-$(LOCKED)
@@ -72,7 +72,7 @@ export XDG_CACHE_HOME  ?= $(CURDIR)/.cache
 export PYTHONDONTWRITEBYTECODE =  # bytecode is kept: a study starts dozens of processes
 
 # No kernel uses numba's own threads, and numba does not load where their number is 0
-unexport NUMBA_NUM_THREADS
+unexport NUMBA_NUM_THREADS SNAKEMAKE_PROFILE
 
 # Where Slurm is installed and does not answer, each start of Snakemake would wait 10 s for it
 ifeq ($(CLUSTER)$(SLURM_JOB_ID),)
@@ -149,7 +149,7 @@ $(KERNELS): $(READY) $(shell find src -name '*.py') | $(INSTALLED)
 
 # JSON Schema and reference page of the config, from its models; what other pages take from tables and code
 schema: $(INSTALLED)
-	$(BIN)/python -m sparsurf_study.workflow.config
+	$(BIN)/python docs/config_reference.py
 	$(BIN)/python docs/renew.py
 
 $(READY): envs/requirements.txt

@@ -2,8 +2,8 @@
 # best parameters, figures, in this order. What only some studies ask for is in rules/, one file for each key of the config.
 #
 # All rules follow the same conventions. `params` names each key of the config that the script reads: Snakemake runs a job again
-# where a parameter changes, so that a key which a script does not need would run it in vain. `code` and `inputs` do the same for
-# the modules that the script calls and for files of the user, of which Snakemake compares dates alone. Memory and time grow with
+# where a parameter changes, so that a key which a script does not need would run it in vain. `code` does the same for the modules
+# that scripts call, and `inputs` for files of the user that are replaced by older ones. Memory and time grow with
 # `attempt`: on a cluster, a job that was ended for want of either is started again. A `localrule` takes seconds, less than it would
 # wait in the queue of a cluster.
 
@@ -48,10 +48,17 @@ rule all:
         changed_results,
 
 
-onstart:  # says nothing below `make run`, which has noted the config before
-    path_to_config = Path(*workflow.configfiles[:1] or [HOME / "config.yaml"]).resolve()
-    if replaced := ledger.note_config(RUN, path_to_config):
-        print(replaced, file=sys.stderr, flush=True)
+onstart:
+    begin_run()
+
+
+onsuccess:
+    if (RUN / manifest.NAME).exists():  # not where single files are asked for
+        print(answers_of_run(RUN, "paper" in config))
+
+
+onerror:
+    print(*reasons(RUN, BEGIN), sep="\n", file=sys.stderr)
 
 
 rule complete_protein:  # one job for each, so that a failure does not stop the others
@@ -110,8 +117,8 @@ checkpoint choose_frames:
         frames=config["frames"],
         seed=config["seed"],
         molecule_options=lambda wildcards: PROTEINS[wildcards.protein].molecule_options,
-        inputs=lambda wildcards: checksums_of(molecule_files(wildcards).values()),
-        code=code_of("choose_frames"),
+        inputs=lambda wildcards: stamps_of(molecule_files(wildcards).values()),
+        code=CODE["numbers"],
     message:
         "Choosing the conformations of {wildcards.protein}"
     script:
@@ -138,7 +145,7 @@ rule draw_frames:
     conda:
         "envs/study.yaml"
     params:
-        code=code_of("draw_frames"),
+        code=CODE["pages"],
     message:
         "Figure of the frames of {wildcards.protein}"
     script:
@@ -165,7 +172,7 @@ rule compute_surface:
     params:
         surface=config["surface"],
         d_link=config["patches"]["d_link"],
-        code=code_of("compute_surface"),
+        code=CODE["numbers"],
     message:
         "Molecular surface of {wildcards.protein}/{wildcards.conformation}"
     script:
@@ -187,8 +194,8 @@ rule read_surface:
     resources:
         mem_mb=lambda wildcards, input, attempt: attempt * (1000 + 50 * input.size_mb),
     params:
-        inputs=lambda wildcards: checksums_of([PROTEINS[wildcards.protein].surface]),
-        code=code_of("read_surface"),
+        inputs=lambda wildcards: stamps_of([PROTEINS[wildcards.protein].surface]),
+        code=CODE["numbers"],
     message:
         "Reading the surface of {wildcards.protein}"
     script:
@@ -209,7 +216,7 @@ rule measure_roughness:
         mem_mb=lambda wildcards, input, attempt: attempt * (1000 + 100 * input.size_mb),
     params:
         patches=part_of("patches", "r_patch", "d_link", "roughness"),
-        code=code_of("measure_roughness"),
+        code=CODE["numbers"],
     message:
         "Roughness of {wildcards.protein}/{wildcards.conformation}"
     script:
@@ -237,7 +244,7 @@ rule draw_roughness:  # what is seen first: it needs no grid
         surface=part_of("surface", "probe_radius", "radii", "cavities"),
         patches=part_of("patches", "r_patch", "d_link", "roughness"),
         title=title_of_page,
-        code=code_of("draw_roughness"),
+        code=CODE["pages"],
     message:
         "First picture of {wildcards.protein}/{wildcards.conformation}"
     script:
@@ -264,7 +271,7 @@ rule measure_floors:
         evaluation=part_of("evaluation", "test_dots"),
         seed=config["seed"],
         molecule_options=lambda wildcards: PROTEINS[wildcards.protein].molecule_options,
-        code=code_of("measure_floors"),
+        code=CODE["numbers"],
     message:
         "Noise floor of {wildcards.protein}/{wildcards.conformation}"
     script:
@@ -305,8 +312,8 @@ rule select_minimal_subset:
         minimal=config["minimal"],
         fields=config["fields"],
         seed=config["seed"],
-        inputs=lambda wildcards: checksums_of([PROTEINS[wildcards.protein].table]),
-        code=code_of("select_minimal_subset"),
+        inputs=lambda wildcards: stamps_of([PROTEINS[wildcards.protein].table]),
+        code=CODE["numbers"],
     message:
         "Minimal subset of {wildcards.protein}/{wildcards.conformation}"
     script:
@@ -339,7 +346,7 @@ rule draw_view:
         minimal=config["minimal"],
         seed=config["seed"],
         title=title_of_page,
-        code=code_of("draw_view"),
+        code=CODE["pages"],
     message:
         "Page of {wildcards.protein}/{wildcards.conformation} to look at"
     script:
@@ -368,7 +375,7 @@ rule tabulate_residues:
     resources:
         mem_mb=lambda wildcards, attempt: attempt * 1000,
     params:
-        code=code_of("tabulate_residues"),
+        code=CODE["pages"],
     message:
         "Residues of {wildcards.protein}/{wildcards.conformation}"
     script:
@@ -406,7 +413,7 @@ rule summarise_surfaces:
         minimal=config["minimal"],
         sampled=SAMPLED,
         exclude=[*config["exclude"]],
-        code=code_of("summarise_surfaces"),
+        code=CODE["pages"],
     message:
         "All surfaces side by side"
     script:
@@ -443,6 +450,7 @@ else:
             warnings="results/{run}/warnings.csv",
             checks="results/{run}/checks.csv",
             crate="results/{run}/ro-crate-metadata.json",
+            sums="results/{run}/SHA256SUMS",
         log:
             "results/{run}/logs/close_run.log",
         localrule: True
@@ -455,7 +463,7 @@ else:
             # The page lists jobs and describes outputs: it is written again where a rule or a description changes
             jobs=log_names(workflow.rules),
             catalogue=catalogue.checksum(),
-            code=code_of("close_run"),
+            code=CODE["pages"],
         message:
             "First page of the run"
         script:

@@ -46,8 +46,8 @@ rule analyse_batch:
         minimal=config["minimal"],
         fields=config["fields"],
         seed=config["seed"],
-        inputs=lambda wildcards: checksums_of(files_of_batch(wildcards)),
-        code=code_of("analyse_batch"),
+        inputs=lambda wildcards: stamps_of(files_of_batch(wildcards)),
+        code=CODE["numbers"],
     message:
         "Batch {wildcards.batch} of structures"
     script:
@@ -65,6 +65,7 @@ rule summarise_batches:
         checks="results/{run}/checks.csv",
         png="results/{run}/distributions.png",
         crate="results/{run}/ro-crate-metadata.json",
+        sums="results/{run}/SHA256SUMS",
     log:
         "results/{run}/logs/summarise_batches.log",
     localrule: True
@@ -76,7 +77,7 @@ rule summarise_batches:
         minimal=config["minimal"],
         jobs=log_names(workflow.rules),
         catalogue=catalogue.checksum(),
-        code=code_of("summarise_batches"),
+        code=CODE["pages"],
     message:
         "First page of the run"
     script:

@@ -32,7 +32,7 @@ rule compare_forms:
         surface=config["surface"],
         d_link=config["patches"]["d_link"],
         seed=config["seed"],
-        code=code_of("compare_forms"),
+        code=CODE["numbers"],
     message:
         "Comparing the forms of {wildcards.comparison}"
     script:
@@ -59,7 +59,7 @@ rule draw_changes:
         patches=config["patches"],
         sampling=part_of("sampling", *RULES_OF_SAMPLING),
         seed=config["seed"],
-        code=code_of("draw_changes"),
+        code=CODE["pages"],
     message:
         "Pictures of the changes of {wildcards.comparison}"
     script:

@@ -1,17 +1,19 @@
 # Shared by the rules: the proteins of a run, their input files, and the final outputs.
 
+import os
 import re
+import time
+from base64 import urlsafe_b64decode
 from dataclasses import astuple
 
 from sparsurf_study.batches.assignment import batched_structures, batches_of
 from sparsurf import kinds
-from sparsurf_study import catalogue
+from sparsurf_study import catalogue, manifest
 from sparsurf_study.catalogue import first_of_each_rule
-from sparsurf_study.workflow import ledger
-from sparsurf_study.workflow.checksums import Checksums
-from sparsurf_study.workflow.code_version import code_of
+from sparsurf_study.workflow.code import versions_of_code
 from sparsurf_study.workflow.config import check_config, proteins, sampled_proteins, with_absolute_paths
 from sparsurf_study.workflow.jobs import let_jobs_import_packages
+from sparsurf_study.workflow.ends import answers_of_run, reasons
 from sparsurf_study.workflow.memory import memory_of_grid
 from sparsurf_study.workflow.origin import origin_of
 from sparsurf_study.workflow.conformations import first_column, has_one_model, without_zeros
@@ -55,7 +57,9 @@ LENGTHS_OF_GLOSSARY["interface"] = config["complementarity"]["interface"]
 # What the first page names; no parameter of its rule, since no result follows from it
 config["origin"] = astuple(origin_of(config, workflow.configfiles))
 RUN = Path(PREFIX, "results", config["run"])
-CHECKSUMS = Checksums(RUN / ledger.FOLDER / ledger.CHECKSUMS)  # of the files of the user
+BEGIN = time.time()
+CODE = versions_of_code()
+CHANGED = [*manifest.differing(RUN)] if workflow.is_main_process else []  # since the end of the last run
 SURFACE_AND_STRUCTURE = (("surface", "npz"), ("structure", "pdb"))
 FIRST = "c1" if config["frames"]["selection"] == "clusters" else "f0"  # conformation of a single frame
 
@@ -90,19 +94,36 @@ def part_of(section, *keys):
     return {key: config[section][key] for key in keys}
 
 
-def checksums_of(files):
-    """SHA-256 of the files of the user among some inputs, by path: Snakemake compares dates, which a replaced file may keep."""
-    return CHECKSUMS.of_all(
-        path for path in files if path and not path.startswith(f"results/{config['run']}/")
-    )
+def stamps_of(files):
+    """Sizes and dates of the files of the user among some inputs, by path: Snakemake does not see an older file in place of another."""
+    ours = f"results/{config['run']}/"
+    found = {
+        path: os.stat(path) for path in files if path and not path.startswith(ours) and os.path.exists(path)
+    }
+    return {path: [status.st_size, status.st_mtime_ns] for path, status in found.items()}
 
 
 def changed_results(wildcards):
-    """No files: results that disagree with the records of their jobs are computed again, as --forcerun does, but only where a rule makes them."""
+    """No files: what a killed job left, for which Snakemake does not look behind a checkpoint, and what was changed after the run."""
     if workflow.is_main_process:
-        CHECKSUMS.save()
-        workflow.dag.forcefiles.update(ledger.changed_results(RUN))
+        folder = Path(".snakemake", "incomplete")
+        names = [
+            "".join(part.removeprefix("@") for part in path.relative_to(folder).parts)
+            for path in folder.rglob("*")
+        ]
+        workflow.dag.forcefiles.update(urlsafe_b64decode(name).decode() for name in names)
+        changed = [Path(name) for name, _ in CHANGED]
+        workflow.dag.forcefiles.update(
+            str(RUN / part) for name in changed for part in (name, *name.parents[:-1])
+        )
     return []
+
+
+def begin_run():
+    """Say what was changed after the run; its checksums are those of finished results, which are about to change."""
+    for name, state in CHANGED:
+        print(f"{RUN / name} is {state}: it is computed again.", file=sys.stderr, flush=True)
+    manifest.keep(RUN, {name for name, _ in CHANGED})
 
 
 def log_names(rules):

@@ -28,7 +28,7 @@ rule compare_samplers:
         samplers=config["compare"].get("samplers"),
         seed=config["seed"],
         title=title_of_page,
-        code=code_of("compare_samplers"),
+        code=CODE["pages"],
     message:
         "Comparing samplers on {wildcards.protein}/{wildcards.conformation}"
     script:
@@ -47,7 +47,7 @@ rule summarise_comparison:
     conda:
         "../envs/study.yaml"
     params:
-        code=code_of("summarise_comparison"),
+        code=CODE["pages"],
     message:
         "Comparing samplers over all conformations and proteins"
     script:

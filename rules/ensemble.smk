@@ -29,8 +29,8 @@ rule follow_frames:  # a part of the frames; one job takes them all unless ensem
         ensemble=part_of("ensemble", "combination", "test_dots", "stride"),
         seed=config["seed"],
         molecule_options=lambda wildcards: PROTEINS[wildcards.protein].molecule_options,
-        inputs=lambda wildcards: checksums_of(molecule_files(wildcards).values()),
-        code=code_of("follow_frames"),
+        inputs=lambda wildcards: stamps_of(molecule_files(wildcards).values()),
+        code=CODE["numbers"],
     message:
         "n_S and d of one combination over the frames of {wildcards.protein}, part {wildcards.scatteritem}"
     script:
@@ -53,8 +53,8 @@ rule follow_ensemble:
         "../envs/study.yaml"
     params:
         molecule_options=lambda wildcards: PROTEINS[wildcards.protein].molecule_options,
-        inputs=lambda wildcards: checksums_of(molecule_files(wildcards).values()),
-        code=code_of("follow_ensemble"),
+        inputs=lambda wildcards: stamps_of(molecule_files(wildcards).values()),
+        code=CODE["numbers"],
     message:
         "All frames of {wildcards.protein} in one table"
     script:
@@ -76,7 +76,7 @@ rule draw_ensemble:
         "../envs/study.yaml"
     params:
         combination=config["ensemble"]["combination"],
-        code=code_of("draw_ensemble"),
+        code=CODE["pages"],
     message:
         "Figure of {wildcards.protein} over time"
     script:

@@ -39,8 +39,8 @@ rule compute_partner_surfaces:
         pair=lambda wildcards: PAIRS[wildcards.pair],  # Snakemake does not see another order of its files
         surface=config["surface"],
         d_link=config["patches"]["d_link"],
-        inputs=lambda wildcards: checksums_of(files_of_pair(wildcards.pair)),
-        code=code_of("compute_partner_surfaces"),
+        inputs=lambda wildcards: stamps_of(files_of_pair(wildcards.pair)),
+        code=CODE["numbers"],
     message:
         "Surfaces of both partners of {wildcards.pair}"
     script:
@@ -69,7 +69,7 @@ rule match_partners:
         smoothing=config["complementarity"]["smoothing"],
         interface=config["complementarity"]["interface"],
         seed=config["seed"],
-        code=code_of("match_partners"),
+        code=CODE["numbers"],
     message:
         "Comparing the patches of both partners of {wildcards.pair}"
     script:
@@ -92,7 +92,7 @@ rule tabulate_pair_residues:
     conda:
         "../envs/study.yaml"
     params:
-        code=code_of("tabulate_pair_residues"),
+        code=CODE["pages"],
     message:
         "Propensity of the residues of {wildcards.pair}"
     script:
@@ -117,7 +117,7 @@ rule draw_pair:
         patches=config["patches"],
         sampling=part_of("sampling", *RULES_OF_SAMPLING),
         seed=config["seed"],
-        code=code_of("draw_pair"),
+        code=CODE["pages"],
     message:
         "Pictures of both partners of {wildcards.pair}"
     script:
@@ -136,7 +136,7 @@ rule summarise_pairs:
     conda:
         "../envs/study.yaml"
     params:
-        code=code_of("summarise_pairs"),
+        code=CODE["pages"],
     message:
         "Agreement with the interface, over all pairs"
     script:

@@ -35,7 +35,7 @@ rule reproduce_paper:
         lengths=LENGTHS_OF_GLOSSARY,
         a1=f"{config['paper']}/c1",
         path_to_surface=PROTEINS[config["paper"]].surface,
-        code=code_of("reproduce_paper"),
+        code=CODE["pages"],
     message:
         "Comparing with the paper"
     script:

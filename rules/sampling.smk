@@ -23,7 +23,7 @@ rule evaluate_grid:
         sampling=config["sampling"],
         evaluation=config["evaluation"],
         seed=config["seed"],
-        code=code_of("evaluate_grid"),
+        code=CODE["numbers"],
     message:
         "Sampling and comparing {wildcards.protein}/{wildcards.conformation} over the grid"
     script:
@@ -53,7 +53,7 @@ rule tabulate_best:
         evaluation=config["evaluation"],
         seed=config["seed"],
         ranges=config["tables"]["ranges"],
-        code=code_of("tabulate_best"),
+        code=CODE["numbers"],
     message:
         "Best combinations of {wildcards.protein}/{wildcards.conformation}"
     script:
@@ -95,7 +95,7 @@ rule draw_figures:
         evaluation=part_of("evaluation", "test_dots"),
         minimal=config["minimal"],
         seed=config["seed"],
-        code=code_of("draw_figures"),
+        code=CODE["pages"],
     message:
         "Figures of {wildcards.protein}/{wildcards.conformation}"
     script:
@@ -120,7 +120,7 @@ rule summarise_best:
         mem_mb=lambda wildcards, input, attempt: attempt * (1000 + 10 * input.size_mb),
     params:
         seed=config["seed"],
-        code=code_of("summarise_best"),
+        code=CODE["pages"],
     message:
         "Best parameters of all surfaces"
     script:

@@ -27,8 +27,8 @@ rule prepare_system:  # hydrogens, a box of water, ions
         simulate=lambda wildcards: PROTEINS[wildcards.protein].simulate,
         structure_options=lambda wildcards: PROTEINS[wildcards.protein].file_options,
         seed=config["seed"],
-        inputs=lambda wildcards: checksums_of([structure_file(wildcards)]),
-        code=code_of("prepare_system"),
+        inputs=lambda wildcards: stamps_of([structure_file(wildcards)]),
+        code=CODE["simulation"],
     message:
         "Putting {wildcards.protein} into water"
     script:
@@ -57,7 +57,7 @@ rule simulate_stage:  # minimise, nvt, npt, production: each begins where the on
         stage="{stage}",
         unfinished="results/{run}/{protein}/simulation/.running/{stage}",  # survives a killed job: checkpoints
         seed=config["seed"],
-        code=code_of("simulate_stage"),
+        code=CODE["simulation"],
     message:
         "Simulating {wildcards.protein}: {wildcards.stage}"
     script:
@@ -86,7 +86,7 @@ rule judge_simulation:
         "../envs/study.yaml"
     params:
         simulate=lambda wildcards: PROTEINS[wildcards.protein].simulate,
-        code=code_of("judge_simulation"),
+        code=CODE["numbers"],
     message:
         "Quality of the simulation of {wildcards.protein}"
     script:

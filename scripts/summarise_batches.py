@@ -5,14 +5,13 @@ from dataclasses import replace
 from sparsurf_study.workflow.jobs import job
 from sparsurf_study.report.closing import close_batches
 from sparsurf_study.report.provenance import RunOrigin
+from sparsurf_study.workflow.code import libraries
 from sparsurf_study.workflow.job_logs import collected_warnings
-from sparsurf_study.workflow.ledger import libraries_of
 
 with job(snakemake) as s:
     studied = list(s.input.studied)
     warnings = collected_warnings(studied, s.run / "logs", s.params.jobs) if studied else []
-    libraries = libraries_of(s.run, [*s.input.tables, *studied])
-    origin = replace(RunOrigin(*s.config["origin"]), libraries=libraries)
+    origin = replace(RunOrigin(*s.config["origin"]), libraries=libraries())
     close_batches(
         s.run,
         s.input.tables,

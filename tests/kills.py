@@ -62,7 +62,7 @@ def arm(plan):
         path = path_of(arguments[event == "os.rename"])
         if is_the_one(path):
             if event == "open" and plan["whom"] in ("job", "tree"):
-                known = re.sub(r"/\\.[^/]+\\.new(?=/)", "", path).replace(here, plan["known"], 1)
+                known = path.replace(here, plan["known"], 1)
                 half = b"hal"
                 if path.startswith(here) and os.path.isfile(known):
                     with open(known, "rb") as stream:
@@ -144,13 +144,12 @@ def study(name: str, *options: str) -> list:
 
 
 def content(folder: Path) -> dict[str, bytes]:
-    """Return the results of a run, hidden files and records too, without logs and without times."""
+    """Return the results of a run, hidden files too, without logs and without times."""
     files = [path for path in folder.rglob("*") if path.is_file() and folder / "logs" not in path.parents]
     return {
         path.relative_to(folder).as_posix(): VOLATILE.sub(b"", path.read_bytes())
         if path.suffix in (".html", ".json")
         else path.read_bytes()
         for path in files
-        if path.name not in (".checksums.json", ".config.json", "partial.json")
-        and path.parent.name != ".folders"  # times and inodes
+        if path.name != "SHA256SUMS"  # of pages with times
     }

@@ -131,7 +131,7 @@ def run_script(name, folder, inputs, outputs, params=(), **wildcards):
     files = [named_files(inputs), named_files(outputs)]
     files += [Namedlist(fromdict=values) for values in (dict(params), wildcards)]
     given = dict(zip(("input", "output", "params", "wildcards"), files, strict=True))
-    snakemake = SimpleNamespace(**given, log=[folder / f"{name}.log"], rule=name, threads=1)
+    snakemake = SimpleNamespace(**given, log=[str(folder / f"{name}.log")], rule=name, threads=1)
     debug.run_script(ROOT / "scripts" / f"{name}.py", snakemake)
 
 
@@ -185,7 +185,6 @@ def planned_jobs(folder, config, *options, all_jobs=False, edited=(), asks=False
     """
     quiet = ["--cores", "2", "--dry-run", "--nolock", "--quiet", "host", "reason"]
     warm_python.import_snakemake()  # once for all dry runs, which are forks of this process
-    read_imports()
     with tempfile.TemporaryDirectory() as own:  # not in the folder, which others copy
         path, log, listed = (Path(own, f"planned.{suffix}") for suffix in ("yaml", "log", "jobs"))
         path.write_text(yaml.safe_dump(config, sort_keys=False))
@@ -222,15 +221,6 @@ def parse_once(parse, new, path, workflow, linemap, rulecount=0):
     return code, rulecount
 
 
-@functools.cache
-def read_imports():
-    """Find what each script imports, which each plan would find again."""
-    from sparsurf_study.workflow import code_version
-
-    for path in (ROOT / "scripts").glob("*.py"):
-        code_version.code_of(path.stem)
-
-
 def _dry_run(log, listed, options, all_jobs, edited, asks):
     """Plan in this process, whose output goes to a file."""
     gc.disable()  # it would search, and so copy, what this fork shares with the tests
@@ -251,14 +241,11 @@ def _dry_run(log, listed, options, all_jobs, edited, asks):
 
         Job.log_info = note  # of this fork
         from sparsurf import kinds
-        from sparsurf_study.workflow import code_version
 
         for registered in kinds._registered.values():  # a new process knows nothing that other tests added
             registered.clear()
         kinds._plugins_in_use.clear()
         kinds.plugins.cache_clear()
-        code_version.code_of.cache_clear()
-        code_version.counted.cache_clear()
         catalogue.checksum.cache_clear()
         as_it_is = Path.read_bytes
         Path.read_bytes = lambda path: as_it_is(path) + (b"\n# a line more" if path in edited else b"")

@@ -21,7 +21,8 @@ BLOCK = r"\n\n```\w+\n(?P<block>.*?)```"
 STEP = re.compile(
     rf"^New file `(?P<new>[^`]+)`:{BLOCK}"
     rf"|^At the end of `(?P<end>[^`]+)`:{BLOCK.replace('block', 'last')}"
-    rf"|^In `(?P<path>[^`]+)`, (?P<side>after|before) `(?P<line>[^\n]+)`:{BLOCK.replace('block', 'inner')}"
+    rf"|^In (?:the rule `(?P<rule>\w+)` of )?`(?P<path>[^`]+)`, (?P<side>after|before) `(?P<line>[^\n]+)`:"
+    rf"{BLOCK.replace('block', 'inner')}"
     r"|^In `(?P<file>[^`]+)`, replace `(?P<old>[^\n]+)` by `(?P<by>[^\n]+)`\.$",
     re.M | re.S,
 )
@@ -66,9 +67,9 @@ def copy_tree(folder):
 def carry_out(recipe, tree):
     """Do what a recipe says in a copy of the tree; every step must find its one place."""
     steps = [*STEP.finditer(RECIPES[recipe])]
-    assert len(steps) == len(re.findall(r"^(?:New file|At the end|In `[^`]+`, )", RECIPES[recipe], re.M)), (
-        recipe
-    )
+    assert len(steps) == len(
+        re.findall(r"^(?:New file|At the end|In (?:the rule )?`[^`]+`)", RECIPES[recipe], re.M)
+    ), recipe
     for step in steps:
         if step["new"]:
             assert not (tree / step["new"]).exists()
@@ -85,7 +86,9 @@ def carry_out(recipe, tree):
             text = text.replace(step["old"], step["by"])
         else:
             lines = text.splitlines(keepends=True)
-            found = [k for k, line in enumerate(lines) if line.startswith(step["line"])]
+            begin = lines.index(f"rule {step['rule']}:\n") if step["rule"] else 0
+            found = [k for k, line in enumerate(lines) if k >= begin and line.startswith(step["line"])]
+            found = found[:1] if step["rule"] else found
             assert len(found) == 1, f"{recipe}: {step['line']} begins {len(found)} lines of {path}"
             lines.insert(found[0] + (step["side"] == "after"), step["inner"])
             text = "".join(lines)
@@ -94,7 +97,7 @@ def carry_out(recipe, tree):
 
 def make_schema(tree):
     """Write the schema of the config and the pages that follow from the code."""
-    call(tree, "-m", "sparsurf_study.workflow.config")
+    call(tree, "docs/config_reference.py")
     call(tree, "docs/renew.py")
 
 

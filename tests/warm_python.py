@@ -158,7 +158,7 @@ def note_opened_files(folder):
         def note(event, arguments):
             if event == "open" and isinstance(arguments[0], str):
                 path, mode, flags = os.path.abspath(arguments[0]), arguments[1], arguments[2]
-                if path.startswith(here) and not opened_by_ledger(path):
+                if path.startswith(here):
                     writes = flags & (os.O_WRONLY | os.O_RDWR) or (mode and not {*"wax+"}.isdisjoint(mode))
                     notes.write(f"{'w' if writes else 'r'}\t{path.removeprefix(here)}\n")
 
@@ -168,19 +168,6 @@ def note_opened_files(folder):
                 notes.write(f"{COMPILED}\t{os.path.basename(arguments[1])}\n")
 
         sys.addaudithook(note)
-
-
-def opened_by_ledger(path):
-    """Whether a file belongs to the ledger, or is opened for its checksum alone: each job reads all of its inputs for that."""
-    frame, names = sys._getframe(2), []
-    while frame is not None and len(names) < 6:
-        names.append(frame.f_code.co_filename)
-        frame = frame.f_back
-    return (
-        "/.ledger/" in path
-        or path.endswith(".new")
-        or any(name.endswith("workflow/checksums.py") for name in names)
-    )
 
 
 def run(arguments):

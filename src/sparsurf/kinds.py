@@ -421,7 +421,7 @@ TABLE: dict[str, dict[str, Choice]] = {
 # State of the process. What a user registers is a function of this process, often of a notebook, so that no other place can hold
 # it: a command or a study, which runs in other processes, never depends on it and takes functions of installed packages instead.
 _registered: dict[str, dict[str, Choice]] = {kind: {} for kind in TABLE}
-# What was looked up by name. The check of a config looks up every name in it, and `code_version.code_of` then reads here which
+# What was looked up by name. The check of a config looks up every name in it, and `versions_of_code` then reads here which
 # packages the study uses: a package that no name of the config belongs to must not make jobs run again.
 _plugins_in_use: dict[tuple[str, str], Choice] = {}
 _told: set[str] = set()  # warnings that were given: a page looks up the same name many times

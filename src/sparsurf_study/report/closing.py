@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import mimetypes
-import os
 from collections.abc import Callable, Mapping, Sequence
 from datetime import date
 from pathlib import Path
@@ -15,12 +14,10 @@ import pandas as pd
 
 from sparsurf.files import checksum_of_file
 from sparsurf.version import __version__
-from sparsurf_study import catalogue
+from sparsurf_study import catalogue, manifest
 from sparsurf_study.batches.assignment import BATCH_FOLDERS
 from sparsurf_study.batches.summary import grouped_reasons, measures, most_unusual
 from sparsurf_study.batches.tables import read_parquet
-from sparsurf_study.report import summaries
-from sparsurf_study.report.finished import Finished
 from sparsurf_study.report.first_page.surfaces import DEFAULT_MINIMAL
 from sparsurf_study.report.front import MAX_ROWS, write_front
 from sparsurf_study.report.invariants import broken_batches, broken_invariants, numbers_missing_on_page
@@ -37,8 +34,6 @@ LICENCE_OF_PROGRAM = "https://spdx.org/licenses/MIT"
 NO_LICENCE = "No licence has been chosen yet: whoever publishes these results states theirs here."
 FAILURE_COLUMNS = ["place", "reason"]  # of failures.csv
 CHECK_COLUMNS = ["file", "sentence"]  # of checks.csv
-# Of the rule close_run, in the order in which the catalogue lists them
-NAMES_OF_OUTPUTS = ("page", "failures", "warnings", "checks", "crate")
 JOB = "analyse_batch"
 
 
@@ -129,7 +124,7 @@ def _write_pages(
     warnings: pd.DataFrame,
     write_page: Callable[[], tuple[list[str], list[tuple[str, str]]]],
 ) -> None:
-    """Write failures, warnings, the first page, checks and the crate of the run of a folder.
+    """Write failures, warnings, the first page, checks, the crate and the checksums of the run of a folder.
 
     `write_page` writes the page, which quotes the warnings, and returns its answers and what contradicts itself in the results.
     """
@@ -139,66 +134,8 @@ def _write_pages(
     write_rounded(outputs["checks"], pd.DataFrame(broken, columns=CHECK_COLUMNS))
     pages = [outputs[name] for name in ("page", "failures", "warnings", "checks")]
     write_crate([*results, *pages], outputs["crate"], answers, folder)
-
-
-def close_partial_run(
-    config: dict,
-    run: Path,
-    failures: Mapping[str, str],
-    finished: Finished,
-    tables: Sequence[str],
-    warnings_of: Callable[[Sequence[str]], Warnings],
-    origin: RunOrigin = UNKNOWN_ORIGIN,
-) -> list[str]:
-    """Close a run in which jobs failed from what lies there, older than which it counts; return the files written, if any."""
-    if not (finished.conformations or finished.pairs or tables):
-        return []
-    written = write_summaries(config, run, finished.conformations, finished.sampled, finished.pairs)
-    results = [*map(str, finished.files), *map(str, written)]
-    files = catalogue.paths_of("close_run")
-    outputs = {name: str(run / file) for name, file in zip(NAMES_OF_OUTPUTS, files, strict=True)}
-    warnings = warnings_of(results) if results else []
-    lengths = {key: config["patches"][key] for key in ("r_patch", "r_zernike")}
-    lengths["interface"] = config["complementarity"]["interface"]
-    if tables:
-        figure = catalogue.paths_of("summarise_batches")[-1]
-        outputs["png"] = str(run / figure)
-        close_batches(run, tables, results, warnings, failures, outputs, lengths, origin, config["minimal"])
-    else:
-        close_run(run, results, warnings, failures, outputs, lengths, origin, config["minimal"])
-    # Older than what they count, so that they are written again once the failed jobs have run
-    oldest = min(Path(path).stat().st_mtime for path in (*results, *tables)) - 1
-    closing = [*map(str, written), *outputs.values()]
-    for path in closing:
-        os.utime(path, (oldest, oldest))
-    return closing
-
-
-def write_summaries(
-    config: dict, run: Path, folders: Sequence[Path], sampled: Sequence[str], pairs: Sequence[Path]
-) -> list[Path]:
-    """Write the tables, figures and pages over all surfaces and pairs; return their paths."""
-    of_grid = [folder for folder in folders if folder.parent.name in sampled]
-    written: list[Path] = []
-
-    def outputs_of(rule: str) -> list[str]:
-        """Return the table and the other output of a rule: the catalogue lists them in the order of the arguments."""
-        paths = [run / path for path in catalogue.paths_of(rule)]
-        written.extend(paths)
-        return [*map(str, paths)]
-
-    if folders:
-        with_grid = {folder: folder in of_grid for folder in folders}
-        summaries.summarise_surfaces(with_grid, *outputs_of("summarise_surfaces"))
-    if of_grid:
-        summaries.summarise_best(of_grid, config["seed"], *outputs_of("summarise_best"))
-    if of_grid and config["compare"]["run"]:
-        compared = [folder / "compare.csv" for folder in of_grid]
-        summaries.summarise_comparison(compared, *outputs_of("summarise_comparison"))
-    if pairs:
-        scores = [pair / "agreement.csv" for pair in pairs]
-        summaries.summarise_pairs(scores, run.name, *outputs_of("summarise_pairs"))
-    return written
+    run = Path(outputs["sums"]).parent
+    manifest.write_sums(run, manifest.sums_of(run, files_of([*results, *pages, outputs["crate"]])))
 
 
 def write_crate(
@@ -209,17 +146,21 @@ def write_crate(
     `folder` is that of the run, by default that of the crate; what lies beside the crate is described as if it lay there.
     """
     folder_of_crate = Path(crate).parent
-    paths: list[Path] = []
-    for result in map(Path, results):
-        paths += sorted(result.rglob("*")) or [result]  # a folder stands for its files
-    paths = [path for path in paths if path.is_file() and not path.name.startswith(".")]  # not Snakemake's
     folder = folder or folder_of_crate
     files = {}
-    for path in paths:
+    for path in files_of(results):
         home = folder_of_crate if path.is_relative_to(folder_of_crate) else folder
         files[path.relative_to(home).as_posix()] = path
     text = json.dumps(describe_files(folder.name, files, answers), indent=1)
     Path(crate).write_text(text + "\n", encoding="utf-8")
+
+
+def files_of(results: Sequence[str]) -> list[Path]:
+    """Return the files among results, and those of the folders among them."""
+    paths: list[Path] = []
+    for result in map(Path, results):
+        paths += sorted(result.rglob("*")) or [result]
+    return [path for path in paths if path.is_file() and not path.name.startswith(".")]  # not Snakemake's
 
 
 def describe_files(run: str, files: Mapping[str, Path], answers: Sequence[str]) -> dict:

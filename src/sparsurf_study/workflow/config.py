@@ -1,4 +1,4 @@
-"""Read and check the config of a study. `python -m sparsurf_study.workflow.config` writes its JSON Schema and reference page."""
+"""Read and check the config of a study."""
 
 import os
 import re
@@ -424,8 +424,3 @@ CONFIG_CHECKS = (
     _check_sections,
     _check_batch,
 )
-
-if __name__ == "__main__":
-    from sparsurf_study.workflow import config_reference
-
-    config_reference.main()

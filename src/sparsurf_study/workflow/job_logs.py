@@ -1,20 +1,14 @@
-"""The logs of jobs: lines that begin with one of a few words, written by `jobs.job` and read by those who watch a run."""
+"""The logs of jobs: lines that begin with one of a few words, written by `jobs.job` and read at the end of a run."""
 
-import os
 import re
-import shutil
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 ERROR_MARK, WARNING_MARK, PROGRESS = "ERROR ", "WARNING ", "PROGRESS "
 USED_MARK = "USED "  # last line of a job that finished
-FAILED_JOBS = "_SPARSURF_FAILED_JOBS"  # environment variable: file for the paths of the logs of failed jobs
 OF_GROMACS = r"\d+ \[file .*\]:$"  # WARNING 1 [file topol.top, line 2315]:
-TAIL_BYTES = 2000
-FULL_DISK_BYTES = 10**6  # free bytes of a disk on which nothing more can be written
-NO_SPACE = "no space is left on the disk"
 STOPPED = "it was stopped, by someone or by a time limit"
-NO_REASON = "it was killed, ran out of memory, or was stopped before it could give a reason"
+NO_REASON = "it was killed, ran out of memory or disk, or was stopped before it could give a reason"
 
 
 def lines_after(path: str | Path, word: str) -> list[str]:
@@ -50,26 +44,11 @@ def collected_warnings(
     return list(rows.values())
 
 
-def failure(path: str | Path) -> str | None:
-    """Return why a job failed, in a sentence; None for a job that finished."""
-    if lines_after(path, USED_MARK):
-        return None
-    errors = lines_after(path, ERROR_MARK)
-    if errors:
-        return errors[-1]
-    folder = Path(path).parent
-    is_full = folder.is_dir() and shutil.disk_usage(folder).free < FULL_DISK_BYTES
-    return NO_SPACE if is_full else NO_REASON
-
-
-def progress(path: str | Path) -> tuple[int, int, int]:
-    """Return (done, total, seconds to go) of a running job; zeros where its log has none."""
-    with open(path, "rb") as stream:
-        stream.seek(-min(TAIL_BYTES, os.fstat(stream.fileno()).st_size), os.SEEK_END)
-        tail = stream.read().decode("utf-8", "replace")
-    matches = re.findall(rf"^{PROGRESS}.*?(\d+) of (\d+) .*?(\d+) s to go", tail, re.M)
-    done, total, left = map(int, matches[-1]) if matches else (0, 0, 0)
-    return done, total, left
+def failures_since(begin: float, logs: Path) -> Iterator[tuple[Path, str]]:
+    """Yield the logs of the jobs that began after a time and did not finish, each with the reason in a sentence."""
+    for log in sorted(logs.rglob("*.log")):
+        if log.stat().st_mtime >= begin and not lines_after(log, USED_MARK):
+            yield log, [NO_REASON, *lines_after(log, ERROR_MARK)][-1]
 
 
 def place_of_log(path: str | Path, logs: str | Path) -> tuple[str, str, str]:

@@ -1,8 +1,9 @@
-"""The frame of a job: its log, its error as one sentence, and how far it is."""
+"""The frame of a job: its log, and its error as one sentence."""
 
 from __future__ import annotations
 
 import errno
+import fcntl
 import logging
 import os
 import resource
@@ -10,42 +11,34 @@ import signal
 import sys
 import time
 import traceback
+import zlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import IO, TYPE_CHECKING, Any
 
 from sparsurf.errors import InputError
 from sparsurf.garbage import collect_rarely
 from sparsurf.messages import listening
-from sparsurf.threads import ignore_numba_threads
 from sparsurf_study.settings import StudySettings, name_in_config
 from sparsurf_study.workflow.job_logs import ERROR_MARK, PROGRESS, STOPPED, USED_MARK
-from sparsurf_study.workflow.ledger import Entry
-from sparsurf_study.workflow.staging import Staging, with_final_names
 
 if TYPE_CHECKING:
     from sparsurf.streams import Streams
 
 # A full disk, a folder that may not be written
 DISK_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EACCES, errno.EROFS)
-
+RAISE = "raises_errors"  # attribute of the object `snakemake` that sparsurf_study.debug hands to a script
+SECONDS_BETWEEN_REPORTS = 2.0  # of a long step to the log
 
 collect_rarely()  # here: a script imports this module first, and then numba, pandas and others
 
-RAISE = "raises_errors"  # attribute of the object `snakemake` that sparsurf_study.debug hands to a script
-
 
 class Job:
-    """What a script reads and writes: `input`, `output`, `params`, `wildcards` and `threads` of Snakemake.
+    """What a script reads and writes: `input`, `output`, `params`, `wildcards` and `threads` of Snakemake."""
 
-    `output` has the paths at which the script writes; they get their final names together, at the end of the job.
-    """
-
-    def __init__(self, snakemake: Any, output: Any = None) -> None:
+    def __init__(self, snakemake: Any) -> None:
         self.snakemake = snakemake
-        if output is not None:
-            self.output = output
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self.snakemake, name)
@@ -73,37 +66,25 @@ class Job:
         return Streams(self.params.seed, self.place if name is None else name, shared)
 
 
-class _FinalNames(logging.Formatter):
-    """Name outputs in the log by their final paths."""
-
-    def format(self, record: logging.LogRecord) -> str:
-        return with_final_names(super().format(record))
-
-
 @contextmanager
 def job(snakemake: Any) -> Iterator[Job]:
     """Run a script: its output goes to the log of the rule, and an error ends it with one sentence (traceback in the log)."""
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # so that it removes its temporary folders
     try:
-        # another file, as the job of a killed Snakemake may still write into the earlier one
-        Path(snakemake.log[0]).unlink(missing_ok=True)
-        # by lines, so that the terminal and a reader of the log follow a running job
+        # by lines, so that a reader of the log follows a running job
         log = open(snakemake.log[0], "w", encoding="utf-8", buffering=1)  # noqa: SIM115, closed below
     except OSError as error:
         sys.exit(f"\n  {_sentence(error, snakemake)}\n")
-    signal.signal(signal.SIGTERM, signal.default_int_handler)  # so that it removes its temporary folders
-    with redirect_stdout(log), redirect_stderr(log):
+    with log, alone(snakemake.log[0]), redirect_stdout(log), redirect_stderr(log):
         handler = logging.StreamHandler(log)
-        handler.setFormatter(_FinalNames("%(levelname)s %(message)s"))
+        handler.setFormatter(logging.Formatter("%(levelname)s %(message)s"))
         logging.captureWarnings(True)
         try:
-            with (
-                listening(handler.handle, logging.INFO, log=logging.getLogger()),
-                _outputs_together(snakemake) as work,
-            ):
-                yield work
+            with listening(handler.handle, logging.INFO, log=logging.getLogger()):
+                yield Job(snakemake)
             print(f"{USED_MARK}{used()}", file=log)
         except (KeyboardInterrupt, Exception) as error:
-            sentence = with_final_names(_sentence(error, snakemake))
+            sentence = _sentence(error, snakemake)
             with suppress(OSError):  # the log may lie on the same full disk
                 print(f"{ERROR_MARK}{sentence}", file=log)
             if sentence == STOPPED:
@@ -114,34 +95,21 @@ def job(snakemake: Any) -> Iterator[Job]:
             sys.exit(1)
         finally:
             logging.captureWarnings(False)
-            with suppress(OSError):
-                log.close()
 
 
 @contextmanager
-def _outputs_together(snakemake: Any) -> Iterator[Job]:
-    """Let all outputs of a job appear when it has finished, with its record in the ledger; none where it fails."""
-    if not hasattr(snakemake, "output"):  # of a script that no rule runs
-        yield Job(snakemake)
-        return
-    entry = Entry(snakemake)
-    # Jobs of one rule may write into one folder; the folders of their logs tell them apart
-    staging = Staging(snakemake.output, "-".join(Path(snakemake.log[0]).with_suffix("").parts[-4:]))
-    # The earlier record goes first and the new one comes last. Killed at any line, the job leaves outputs without a record,
-    # which are computed again, and never a record of other outputs than those that lie there.
-    entry.begin()
-    staging.begin()
-    try:
-        yield Job(snakemake, staging.outputs)
-        entry.finish(staging.written())
-        staging.publish()
-        entry.publish()
-    finally:
-        staging.discard()
+def alone(log: str) -> Iterator[IO[bytes]]:
+    """Wait for an earlier process of the same job: where Snakemake is killed, its jobs write on beside those of the next run."""
+    with open(Path(log).parent / ".jobs", "ab") as lock:
+        with suppress(OSError):  # a file system without locks
+            fcntl.lockf(lock, fcntl.LOCK_EX, 1, zlib.crc32(log.encode()))  # a byte for each job of the folder
+        yield lock
 
 
 def let_jobs_import_packages() -> None:
     """Put the packages of this checkout first on the import path of the processes that Snakemake starts."""
+    from sparsurf.threads import ignore_numba_threads
+
     ignore_numba_threads()
     paths = [str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH")]
     os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, paths))
@@ -174,27 +142,15 @@ def used() -> str:
     return f"{megabytes:.0f} MB {seconds:.1f} s"
 
 
-SECONDS_BETWEEN_REPORTS = 2.0  # of a long step to the log
-
-
 def reporter(title: str, unit: str = "subsets") -> Callable[[int, int], None]:
-    """Return a callback (done, total) that writes the progress of a long step to the log, every few seconds.
-
-    The time to go follows from the steps after the first report: what comes before it, such as loading the code, is done once.
-    """
+    """Return a callback (done, total) that writes the progress of a long step to the log, every few seconds."""
     begin = last = time.monotonic()
-    first: tuple[float, int] | None = None
 
     def report(done: int, total: int) -> None:
-        nonlocal first, last
+        nonlocal last
         now = time.monotonic()
-        if first is None:
-            first = (now, done)
-        since, steps = now - first[0], done - first[1]
-        if (now - last >= SECONDS_BETWEEN_REPORTS and steps) or done >= total:
+        if now - last >= SECONDS_BETWEEN_REPORTS or done >= total:
             last = now
-            left = since * (total - done) / max(steps, 1)
-            text = f"{done} of {total} {unit}, {now - begin:.0f} s, {left:.0f} s to go"
-            print(f"{PROGRESS}{title}: {text}", file=sys.stderr)
+            print(f"{PROGRESS}{title}: {done} of {total} {unit}, {now - begin:.0f} s", file=sys.stderr)
 
     return report

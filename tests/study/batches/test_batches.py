@@ -22,7 +22,7 @@ from sparsurf_study.batches.analysis import Structure, analyse_batch
 from sparsurf_study.report.closing import close_batches
 from sparsurf_study.report.front import write_front
 from sparsurf_study.workflow.config import check_config
-from sparsurf_study.workflow.running import failed_places
+from sparsurf_study.workflow.ends import failed_places
 
 pytest.importorskip("pyarrow", reason="pyarrow is installed by the extra `many`")
 RESIDUES = ("ALA", "SER", "ALA", "VAL", "GLY", "ALA")
@@ -257,11 +257,10 @@ def test_a_structure_with_a_page_gets_the_files_of_a_study(many, tmp_path):
     assert sorted(read(folder, "surfaces")["protein"]) == GOOD
     config = config_of(tmp_path, pages=["a"])
     config["proteins"]["b"] = config["proteins"]["a"]
-    excluded = failed_places(
-        check_config(config),
-        run,
-        [str(run / "logs/a/c1/draw_view.log"), str(run / "logs/a/choose_frames.log")],
-    )
+    for job in ("a/c1/draw_view", "a/choose_frames"):
+        (run / "logs" / job).parent.mkdir(parents=True, exist_ok=True)
+        (run / "logs" / f"{job}.log").write_text("")
+    excluded = failed_places(check_config(config), run, 0.0)
     assert sorted(excluded) == ["a/*", "a/c1"]  # its batch keeps it
     process = small_study.snakemake(folder, CONFIG | {"pages": ["p02", "p03"], "exclude": ["p03/*"]})
     assert process.returncode == 0, small_study.output(process)

@@ -4,7 +4,6 @@ import base64
 import hashlib
 import io
 import json
-import os
 import re
 
 import numpy as np
@@ -18,8 +17,6 @@ from parsed_pages import Page
 from sparsurf.version import __version__
 from sparsurf.views import layout
 from sparsurf_study.report import page as pages
-from sparsurf_study.report.closing import close_partial_run
-from sparsurf_study.report.finished import Finished
 from sparsurf_study.report.first_page import surfaces
 from sparsurf_study.report.first_page.pairs import verdict_of
 from sparsurf_study.report.front import warned, write_front
@@ -966,47 +963,3 @@ def test_pairs_that_do_not_touch_have_no_rows(tmp_path):
     outputs = [str(tmp_path / name) for name in ("pairs.csv", "pairs.png")]
     summarise_pairs([tmp_path / "far" / "agreement.csv"], "x", *outputs)
     assert len(pd.read_csv(outputs[0])) == 0 and (tmp_path / "pairs.png").exists()
-
-
-def test_what_is_finished_of_a_run_is_closed_by_its_config_and_older_than_its_results(tmp_path):
-    """Pairs alone, of which one is lost."""
-    run, rows = tmp_path / "mine", [("propensity_smoothed", 0.8), ("protrusion", 0.6)]
-    pairs = [run / "pairs" / name for name in ("second", "first")]
-    for k, pair in enumerate(pairs):
-        pair.mkdir(parents=True)
-        table = pd.DataFrame(
-            [(side, *row) for side in (1, 2) for row in rows], columns=["partner", "score", "auc"]
-        )
-        table = table.assign(auc=table["auc"] - 0.1 * k, low=0.1, high=0.9, dots=90, interface=9, blocks=5)
-        table.to_csv(pair / "agreement.csv", index=False)
-    config = {
-        "patches": {"r_patch": 3.5, "r_zernike": 5.25},
-        "complementarity": {"interface": 2.5},
-        "seed": 1,
-    }
-    config |= {"minimal": {"percent": 7}, "compare": {"run": True}}
-    files = [pair / "agreement.csv" for pair in pairs]
-    finished = Finished([], pairs, [], [*files, *(pair / "book.png" for pair in pairs)])
-    for pair in pairs:
-        Image.new("RGB", (200, 100), "red").save(pair / "book.png")
-    os.utime(files[0], (10**9, 10**9))  # of years before the other
-    asked = []
-    known = (config, run, {"pairs/lost": "no <atoms>"}, finished, [])
-    assert close_partial_run(*known, lambda results: asked.extend(results) or [("p", "c1", "j", "a gap")])
-    assert {*asked} >= {*map(str, files)}
-    scores = pd.read_csv(run / "pairs/pairs.csv")
-    assert scores["complex"].unique().tolist() == ["second", "first"]
-    assert scores.groupby("complex", sort=False)["auc"].mean().tolist() == pytest.approx([0.7, 0.6])
-    page = page_of(run)
-    text = page.words
-    assert "1 part of this run could not be finished." in text and "pairs/lost: no <atoms>" in text
-    assert "1 warning p/c1: a gap" in text and "AUC of 0.75" in text and "over 2 pairs" in text
-    assert any("within 2.5 Å of the partner" in told.text for told in page.find("dd"))
-    assert pd.read_csv(run / "failures.csv").to_numpy().tolist() == [["pairs/lost", "no <atoms>"]]
-    assert pd.read_csv(run / "warnings.csv")["sentence"].tolist() == ["a gap"]
-    written = [
-        run / name for name in ("index.html", "failures.csv", "warnings.csv", "checks.csv", "pairs/pairs.csv")
-    ]
-    oldest = min(path.stat().st_mtime for path in files)  # so that the next run makes them again
-    assert max(path.stat().st_mtime for path in written) < oldest
-    assert not close_partial_run(config, run, {}, Finished([], [], [], files), [], list)

@@ -1,22 +1,12 @@
 """A sound run breaks no invariant; a number that is changed in one file breaks that of the file."""
 
-import json
-import shutil
-from pathlib import Path
-
 import numpy as np
 import pandas as pd
 import pytest
-import yaml
 
-from parsed_pages import Page
 from small_study import copy_of
-from sparsurf.views import layout
-from sparsurf_study.report import page
-from sparsurf_study.report.closing import close_partial_run, close_run
+from sparsurf_study.report.closing import close_run
 from sparsurf_study.report.invariants import broken_batches, broken_invariants, numbers_missing_on_page
-from sparsurf_study.workflow.config import check_config
-from sparsurf_study.workflow.running import finished_parts
 
 PLACE = "still/f0"
 
@@ -95,34 +85,6 @@ def test_a_contradiction_is_on_the_first_page_and_in_the_list(run):
     change(run / PLACE / "ranges.csv", lambda t: t.assign(d_cv=t.d_cv + 1))
     missing = numbers_missing_on_page(run, [f"{PLACE}/ranges.csv"])
     assert missing and all(name == "index.html" and f"{PLACE}/ranges.csv" in words for name, words in missing)
-
-
-def test_a_run_that_is_closed_without_its_jobs_has_the_tables_and_the_page_of_its_rules(
-    study, tmp_path, monkeypatch
-):
-    """As where a job failed; here none did, so that nothing may differ but the warnings, of which none are handed over."""
-    monkeypatch.chdir(copy_of(study, tmp_path / "own"))
-    config = check_config(yaml.safe_load(Path("config.yaml").read_text()))
-    run, known = Path("results", "small"), study / "results" / "small"
-    monkeypatch.setattr(
-        layout, "save", lambda _, path: shutil.copy(known / Path(path).relative_to(run), path)
-    )
-    monkeypatch.setattr(page, "MAX_PAGE_BYTES", 0)  # pictures are those of the study, and stay outside
-    for path in (*run.glob("[!.]*.*"), *run.glob("pairs/pairs.*")):
-        if not path.name.startswith(("paper_", "table1", "verdict")):
-            path.unlink()  # a link to that of the study
-    written = close_partial_run(config, run, {}, finished_parts(config, run, {}), [], lambda results: [])
-    tables = [path for path in map(Path, written) if path.suffix == ".csv" and path.name != "warnings.csv"]
-    assert len(tables) == 7
-    for path in tables:
-        assert path.read_bytes() == (known / path.relative_to(run)).read_bytes(), path
-    ours, theirs = (Page((folder / "index.html").read_text(encoding="utf-8")) for folder in (run, known))
-    assert ours.tables == theirs.tables and {*theirs.links} - {*ours.links} <= {"warnings.csv"}
-    answers = [
-        json.loads((folder / "ro-crate-metadata.json").read_text())["@graph"][1]["abstract"]
-        for folder in (run, known)
-    ]
-    assert answers[0] == answers[1]
 
 
 def test_residues_of_a_batch_hold_the_dots_of_their_surface(tmp_path):

@@ -8,10 +8,11 @@ import re
 import pytest
 import yaml
 
+import config_reference
 from conftest import ROOT
 from sparsurf import kinds
 from sparsurf.errors import InputError
-from sparsurf_study.workflow import config_reference, memory
+from sparsurf_study.workflow import memory
 from sparsurf_study.workflow.config import Protein, check_config, read_config, with_absolute_paths
 
 DEFAULT = yaml.safe_load((ROOT / "config.yaml").read_text())

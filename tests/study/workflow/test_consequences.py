@@ -22,8 +22,7 @@ from small_study import SETTINGS, changed, copy_of, planned_jobs, run_job, write
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf_study.batches.tables import read_parquet
-from sparsurf_study.workflow import ledger
-from sparsurf_study.workflow.code_version import code_of
+from sparsurf_study.workflow.code import versions_of_code
 from sparsurf_study.workflow.models import Config, Pair, Protein
 
 pytestmark = pytest.mark.slow
@@ -197,11 +196,10 @@ def test_grids_share_the_cores_of_this_machine(folder, names, cores):
     assert job["asks"][0]["_cores"] == cores
 
 
-def test_a_page_of_one_of_several_conformations_names_it(study, config, tmp_path, monkeypatch):
-    """The frames are written by hand here; the ledger would have them chosen again."""
-    (tmp_path / "none.json").write_text("{}")
-    monkeypatch.setenv(ledger.TO_MAKE_AGAIN, str(tmp_path / "none.json"))
+def test_a_page_of_one_of_several_conformations_names_it(study, config, tmp_path):
+    """The frames are written by hand here; with the checksums of the run they would be chosen again."""
     folder = copy_of(study, tmp_path / "own")
+    (folder / "results/small/SHA256SUMS").unlink()
     frames = folder / "results/small/moving/frames.csv"
     text = frames.read_text().replace("f0000", "c1").replace("f0700", "c2")
     frames.unlink()
@@ -288,7 +286,8 @@ def batch():
     return config | {"fields": ["hydropathy", "score"]}
 
 
-def test_every_rule_follows_from_the_code_of_its_script(study, config, folder, simulated, batch):
+def test_every_rule_but_a_download_has_a_version_of_the_code(study, config, folder, simulated, batch):
+    """No number is computed from a page, whose code is not among that of the numbers."""
     jobs = [*plan(study, config).values()]
     for other in (simulated, batch):
         jobs += planned_jobs(folder, other, "--forceall")
@@ -296,8 +295,11 @@ def test_every_rule_follows_from_the_code_of_its_script(study, config, folder, s
         job["rule"]: (Path(job["script"]).stem, job["params"].get("code")) for job in jobs if job["script"]
     }
     assert found.pop("fetch_structure") == ("fetch_structure", None)
-    assert all(code == code_of(script) for script, code in found.values())
-    assert len({code for _, code in found.values()}) > len(found) / 2
+    versions = versions_of_code()
+    assert {code for _, code in found.values()} == {*versions.values()} and len({*versions.values()}) == 3
+    pages = {rule for rule, (_, code) in found.items() if code == versions["pages"]}
+    beside = pages | {"all", "complete_protein"}
+    assert not {need for job in jobs if job["rule"] not in beside for need, *_ in job["needs"]} & pages
     texts = [path.read_text() for path in (ROOT / "Snakefile", *(ROOT / "rules").glob("*.smk"))]
     rules = re.findall(r"^ *(?:rule|checkpoint|use rule \w+ as) (\w+)\b", "\n".join(texts), re.M)
     assert found.keys() == {*rules} - {"all", "complete_protein", "fetch_structure"}
@@ -345,10 +347,8 @@ def test_a_simulation_reads_what_its_stages_wrote(folder, simulated):
         assert given["params"].stage == stage and given["params"].unfinished == f"{place}/.running/{stage}"
 
 
-def test_the_page_of_a_simulation_lists_its_tables(folder, simulated, tmp_path, monkeypatch):
-    """Where all of it is there, with frames that were chosen; no job has recorded these files."""
-    (tmp_path / "none.json").write_text("{}")
-    monkeypatch.setenv(ledger.TO_MAKE_AGAIN, str(tmp_path / "none.json"))
+def test_the_page_of_a_simulation_lists_its_tables(folder, simulated, tmp_path):
+    """Where all of it is there, with frames that were chosen."""
     folder = copy_of(folder, tmp_path / "own")
     jobs = [job for job in planned_jobs(folder, simulated) if job["script"]]
     for path in [path for job in jobs for path in job["output"]]:

@@ -41,7 +41,7 @@ def run(folder, *options):
     call = [warm_python.interpreter(), "-m", "snakemake", "--cores", "2", *options]
     process = subprocess.run(call, cwd=folder, capture_output=True, text=True, check=False)
     assert process.returncode == 0, output(process)
-    paths = [path for path in folder.rglob("results/**/*") if path.is_file() and ".ledger" not in path.parts]
+    paths = [path for path in folder.rglob("results/**/*") if path.is_file()]
     return {path.relative_to(folder).as_posix(): path for path in paths}
 
 

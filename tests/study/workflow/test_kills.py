@@ -26,12 +26,11 @@ def undisturbed(tmp_path_factory):
     ("kill", "meets"),
     [
         (Kill(r"/surface\.npz$"), None),
-        (Kill(r"\.ledger/.*measure_roughness\.json"), None),
-        (Kill(r"one/c1/structure\.pdb$", "job", "rename"), None),
+        (Kill(r"/roughness\.csv$", "job"), None),
         # the job of a killed Snakemake writes on while the next run computes the same
         (
             Kill(r"/components\.csv$", "snakemake", seconds=4.0),
-            Kill(r"one/c1/surface\.npz$", "nobody", "rename", seconds=5.0),
+            Kill(r"one/c1/surface\.npz$", "nobody", seconds=5.0),
         ),
     ],
 )
@@ -41,10 +40,8 @@ def test_a_run_after_a_kill_ends_in_the_bytes_of_an_undisturbed_one(undisturbed,
     for result in RESULTS:
         (folder / result).unlink()
     process = kills.run(command, folder, kill, undisturbed)
-    assert process.returncode != 0 and ("SIGKILL" in process.stderr) == (kill.whom == "snakemake"), process
+    assert process.returncode != 0, process
     process = kills.run(command, folder, meets)
-    assert process.returncode == 0 and "Failed" not in process.stdout, process
+    assert process.returncode == 0, process
     known, found = (kills.content(root / "results" / "one" / "one") for root in (undisturbed, folder))
     assert found == known
-    records = [kills.content(root / "results" / "one" / ".ledger") for root in (undisturbed, folder)]
-    assert records[0] == records[1]

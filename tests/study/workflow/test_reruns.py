@@ -8,7 +8,6 @@ import pytest
 import yaml
 
 from small_study import changed, copy_of, planned_rules
-from sparsurf_study.workflow.ledger import CHECKSUMS, FOLDER
 
 COMPUTE = {"compute_surface", "measure_roughness", "measure_floors", "evaluate_grid", "select_minimal_subset"}
 
@@ -87,9 +86,6 @@ def test_a_result_that_was_edited_or_cut_is_made_again(own, config, file, rule, 
 def test_what_a_killed_job_left_under_its_final_names_is_made_again(own, config, start):
     """Half of it, or one of its files, with its marker: Snakemake looks for markers only before the frames are chosen."""
     run = own / "results" / "small"
-    (run / ".ledger/moving/f0000/tabulate_residues.json").unlink(
-        missing_ok=True
-    )  # it goes when the job starts
     path = run / "moving/f0000/residues.csv"
     replace(path, path.read_bytes()[start:])
     name = base64.urlsafe_b64encode(b"results/small/moving/f0000/residues.csv").decode()
@@ -136,7 +132,6 @@ def without_frames(config):
     return kept | {"pairs": {"files": config["pairs"]["files"]}}
 
 
-SURFACES = COMPUTE | {"compute_partner_surfaces", "follow_frames", "match_partners", "compare_forms"}
 PAGES = {
     "draw_view",
     "draw_roughness",
@@ -146,58 +141,22 @@ PAGES = {
     "summarise_best",
     "close_run",
 }
+NUMBERS = COMPUTE | {
+    "choose_single_frame",
+    "compute_partner_surfaces",
+    "match_partners",
+    "compare_forms",
+    "follow_frames",
+}
 EDITS = {  # file with a line more: rules that run again, and rules that do not
-    "sparsurf/molecules/pdb.py": (SURFACES | {"choose_single_frame", "tabulate_residues"}, set()),
-    "sparsurf/surfaces/rolling_probe.py": (SURFACES, {"choose_single_frame", "read_surface"}),
-    "sparsurf/dot_fields/smoothing.py": (
-        {"select_minimal_subset", "draw_view"},
-        {"compute_surface", "evaluate_grid"},
-    ),
-    "sparsurf/patches/zernike/images.py": (
-        SURFACES - {"compute_surface", "compute_partner_surfaces", "measure_roughness"},
-        {"measure_roughness"},
-    ),
-    "sparsurf/recovery/errors.py": (
-        {"select_minimal_subset"},
-        {"compute_surface", "evaluate_grid", "measure_roughness"},
-    ),
-    "sparsurf/sampling/farthest_point.py": (
-        {"select_minimal_subset", "draw_view"},
-        {"evaluate_grid", "tabulate_best"},
-    ),
-    "sparsurf/evaluation/minimal_subset.py": (
-        {"select_minimal_subset", "tabulate_residues"},
-        {"evaluate_grid", "match_partners"},
-    ),
-    "sparsurf/views/layout.py": (PAGES - {"draw_view"}, SURFACES | {"draw_view"}),
-    "sparsurf/views/viewer/page.js": (
-        {"draw_view", "draw_roughness", "draw_pair", "draw_changes"},
-        SURFACES | {"draw_figures"},
-    ),
-    "sparsurf/api/minimal.py": (set(), SURFACES | PAGES),
-    "sparsurf/cli/minimal.py": (set(), SURFACES | PAGES),
-    "sparsurf_study/analysis/grid.py": (
-        {"evaluate_grid", "tabulate_best", "reproduce_paper"},
-        {"compute_surface", "match_partners"},
-    ),
-    "sparsurf_study/analysis/best_set.py": (
-        {"tabulate_best"},
-        {"compute_surface", "measure_roughness", "match_partners"},
-    ),
-    "sparsurf_study/paper/published_runs.py": ({"reproduce_paper"}, SURFACES | {"draw_view", "draw_pair"}),
-    "sparsurf_study/pairs/nearest.py": (
-        {"match_partners", "draw_pair"},
-        COMPUTE | {"draw_view", "follow_frames"},
-    ),
-    "sparsurf_study/pairs/changes.py": (
-        {"compare_forms", "draw_changes"},
-        COMPUTE | {"draw_view", "follow_frames"},
-    ),
-    "sparsurf_study/report/front.py": ({"close_run"}, SURFACES | {"tabulate_residues", "draw_frames"}),
-    "sparsurf_study/report/templates/front.html.j2": ({"close_run"}, SURFACES | {"draw_view", "draw_pair"}),
-    "sparsurf_study/simulation/gromacs.py": (set(), SURFACES | PAGES),
-    "sparsurf_study/workflow/jobs.py": (set(), SURFACES | PAGES),
-    "sparsurf_study/catalogue.yaml": ({"close_run"}, SURFACES | PAGES - {"close_run"}),
+    "sparsurf/recovery/errors.py": (NUMBERS | PAGES, {"fetch_structure"}),
+    "sparsurf_study/analysis/grid.py": (NUMBERS | PAGES, {"fetch_structure"}),
+    "sparsurf/views/viewer/page.js": (PAGES, NUMBERS),
+    "sparsurf_study/report/templates/front.html.j2": (PAGES, NUMBERS),
+    "sparsurf/cli/minimal.py": (set(), NUMBERS | PAGES),
+    "sparsurf_study/workflow/jobs.py": (set(), NUMBERS | PAGES),
+    "sparsurf_study/workflow/mistakes.py": (set(), NUMBERS | PAGES),
+    "sparsurf_study/catalogue.yaml": ({"close_run"}, NUMBERS | PAGES - {"close_run"}),
 }
 
 
@@ -224,11 +183,8 @@ def test_partners_in_another_order_are_matched_again(study, config):
 
 
 def test_a_dry_run_writes_nothing(own, config):
-    """But the checksums of files that have not changed for some seconds, among the records."""
-
     def times():
-        paths = [path for path in (own / "results").rglob("*") if path.name not in (FOLDER, CHECKSUMS)]
-        return {path: path.stat().st_mtime_ns for path in paths}
+        return {path: path.stat().st_mtime_ns for path in (own / "results").rglob("*")}
 
     before = times()
     planned_rules(own, changed(config, "seed", 5))

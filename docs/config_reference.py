@@ -9,7 +9,7 @@ from typing import Any
 from sparsurf import kinds
 from sparsurf_study.workflow.models import Config
 
-HOME = Path(__file__).resolve().parents[3]
+HOME = Path(__file__).resolve().parents[1]
 SCHEMA_FILE, REFERENCE_PAGE = HOME / "config" / "schema.json", HOME / "docs" / "reference" / "config.md"
 INTRODUCTION = """\
 # Keys of a config
@@ -138,3 +138,7 @@ def main() -> None:
     """Write both files."""
     SCHEMA_FILE.write_text(json.dumps(json_schema(), indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
     REFERENCE_PAGE.write_text(reference_page(), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
