@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import logging
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -46,7 +47,7 @@ from sparsurf.dot_fields.depth import depth_below, depth_of_residues
 from sparsurf.dot_fields.registry import FieldLike, compute_fields, names_of_fields
 from sparsurf.errors import InputError, argument, naming_file
 from sparsurf.evaluation.frames import FrameSurface, surface_of_frame
-from sparsurf.evaluation.ranking import rank_residues
+from sparsurf.evaluation.ranking import rank_residues, why_none_is_ranked
 from sparsurf.evaluation.residues import residue_table
 from sparsurf.files import import_pyarrow
 from sparsurf.molecules.molecule import Molecule
@@ -69,6 +70,8 @@ from sparsurf.threads import available_cores, in_processes
 
 if TYPE_CHECKING:
     import pandas as pd
+
+log = logging.getLogger("sparsurf")
 
 FORMATS = kinds.suffixes("frames")
 FRAMES_PER_PART = 10  # that are stored together, and computed again after a stop
@@ -215,9 +218,11 @@ def frames(
         residue is buried), depth (Å), accessible (Å^2), relative, buried (Å^2) and the mean of each field. `frames`, with a row
         for each frame: frame, time_ps, area (Å^2), volume (Å^3), components, cavities, dots, mean_roughness, accessible and
         buried (Å^2). `ranking`, with a row for each residue, the one that
-        changes most first: chain, residue, residue_name, quantity (the column of `residues` that it is ranked by), and mean, sd
+        changes most first: chain, residue, residue_name, rank, quantity (the column of `residues` that it is ranked by), mean, sd
         (standard deviation; NaN of fewer than two values), lowest, highest and range of that column over the frames in which it
-        has a value, of which there are `frames`: a buried residue has no roughness. None if `path` is given: memory then does
+        has a value, of which there are `frames` (a buried residue has no roughness), and mean_area (Å^2). Residues with less
+        than 20 Å^2 of area in the mean, with a value in fewer than half of the frames, or without a change are not ranked: they
+        come last, without a `rank`. None if `path` is given: memory then does
         not grow with the number of frames.
 
     Raises
@@ -298,13 +303,15 @@ def frames_request(
 
 def _ranking(molecule: Molecule, request: FramesRequest, parts: Callable[[], Iterator[Part]]) -> pd.DataFrame:
     """Return the table of ranked residues of all frames, which `parts` yields whenever it is called."""
-    column = request.columns.index(request.ranked_column)
+    column, area = (request.columns.index(name) for name in (request.ranked_column, "area"))
     table = rank_residues(
         molecule.residues,
         request.ranked_column,
         request.rank_by,
-        lambda: (part.residues[:, :, column] for part in parts()),
+        lambda: ((part.residues[:, :, column], part.residues[:, :, area]) for part in parts()),
     )
+    if reason := why_none_is_ranked(table, molecule.n_frames):
+        log.warning("no residue is ranked by its %s: %s", request.rank, reason)
     return table[[*COLUMNS_OF_RANKING]].reset_index(drop=True)
 
 

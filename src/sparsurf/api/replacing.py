@@ -6,7 +6,6 @@ import gzip
 import os
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +24,7 @@ FRAME_COLUMNS = ("area", "volume", "components", "cavities", "dots", "mean_rough
 COLUMNS_OF_FRAMES = ("frame", "time_ps", *FRAME_COLUMNS)  # of the table of frames
 COLUMNS_OF_CHANGES = ("quantity", "frames", "mean", "sd", "lowest", "highest", "range")
 # of the table of ranked residues
-COLUMNS_OF_RANKING = ("chain", "residue", "residue_name", *COLUMNS_OF_CHANGES)
+COLUMNS_OF_RANKING = ("chain", "residue", "residue_name", "rank", *COLUMNS_OF_CHANGES, "mean_area")
 
 
 def refuse_replacing(
@@ -111,7 +110,10 @@ def beside_frames(path: str | Path) -> Companions:
         path_of_frames(path): lambda file: (
             _has_columns(file, COLUMNS_OF_FRAMES) or _has_columns(file, COLUMNS_OF_FRAMES[:-2])  # of 4.0.0
         ),
-        path_of_frames(path, "ranking"): partial(_has_columns, columns=COLUMNS_OF_RANKING),
+        path_of_frames(path, "ranking"): lambda file: (
+            _has_columns(file, COLUMNS_OF_RANKING)
+            or _has_columns(file, ("chain", "residue", "residue_name", *COLUMNS_OF_CHANGES))  # of 5.0.0
+        ),
     }
 
 

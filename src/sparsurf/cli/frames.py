@@ -14,7 +14,7 @@ from sparsurf.files import pluralise
 from sparsurf.molecules.formats import TOPOLOGY_LABELS
 
 if TYPE_CHECKING:
-    import pandas as pd
+    from sparsurf.api.frames import Written
 
 FORMATS = kinds.suffixes("frames")
 N_REPORTED = 5  # residues that change most
@@ -30,7 +30,9 @@ they replace only such tables. run_frames.csv has a row for each frame: area
 buried (Å^2).
 run_ranking.csv has a row for each residue, and the residue whose roughness
 changes most over the frames comes first; --rank and --rank-by choose another
-column or field, and the range in place of the standard deviation.
+column or field, and the range in place of the standard deviation. Residues
+with less than 20 Å^2 of area in the mean, or with a value in fewer than half
+of the frames, come last and have no rank.
 
 A run that was stopped continues when the same command is given again, and
 writes the same bytes. Memory does not grow with the number of frames. Parquet
@@ -77,17 +79,19 @@ def run(args: argparse.Namespace) -> None:
     text = f"{pluralise(molecule.n_residues, 'residue')} in {pluralise(written.n_frames, 'frame')}"
     text += f", of which {written.n_before} were finished before" if written.n_before else ""
     tables = f"{path_of_frames(args.output)} has a row for each frame, {path_of_frames(args.output, 'ranking')} for each residue"
-    outputs.report(args, f"{text}; {tables}{_first(written.ranking, request.rank, request.rank_by)}")
+    outputs.report(args, f"{text}; {tables}{_first(written, request.rank, request.rank_by)}")
 
 
-def _first(ranking: pd.DataFrame, quantity: str, rank_by: str) -> str:
-    """Say which residues change most; nothing if none changes."""
+def _first(written: Written, quantity: str, rank_by: str) -> str:
+    """Say which residues change most; nothing if none is ranked."""
     from sparsurf.views.overview.frames import STATISTICS  # here: wrong arguments need no numba
     from sparsurf.views.overview.profile import labels_of
 
-    changing = ranking[ranking[rank_by] > 0].head(N_REPORTED)
+    changing = written.ranking.dropna(subset="rank").head(N_REPORTED)
     if changing.empty:
         return ""
-    numbers = zip(labels_of(changing), changing[rank_by], strict=True)
-    named = ", ".join(f"{label} ({value:.2f})" for label, value in numbers)
-    return f". The {quantity} changes most at {named}: {STATISTICS[rank_by]} over the frames"
+    numbers = zip(labels_of(changing), changing[rank_by], changing["frames"], strict=True)
+    named = ", ".join(
+        f"{label} ({value:.2f} in {n} of {written.n_frames} frames)" for label, value, n in numbers
+    )
+    return f". The {quantity} changes most at {named}: {STATISTICS[rank_by]} over these frames"

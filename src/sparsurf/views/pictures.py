@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib import colors
 
+from sparsurf.evaluation.ranking import MIN_AREA
 from sparsurf.surfaces.formats.ply import KIND_COLOURS, ROUGHNESS_LIMITS
 from sparsurf.views import layout, render
 from sparsurf.views.layout import styled
@@ -101,7 +102,8 @@ def profile_picture(residues: pd.DataFrame, name: str) -> Figure:
         ax.set(xlim=(-1, len(rows)), ylim=(low - 0.45 * (high - low), high), ylabel="mean roughness")
         if len(shown) > 1:
             ax.set_title(f"chain {chain}", loc="left")
-    ax.set_xlabel(f"residue (low: rough, high: flat; the {len(rough)} roughest are marked)")
+    marked_are = f"; the {len(rough)} roughest of at least {MIN_AREA:g} Å² are marked" if len(rough) else ""
+    ax.set_xlabel(f"residue (low: rough, high: flat{marked_are})")
     return layout.fix_layout(figure)
 
 

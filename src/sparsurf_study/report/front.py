@@ -14,6 +14,7 @@ from typing import Any
 
 import pandas as pd
 
+from sparsurf.evaluation.ranking import MIN_AREA
 from sparsurf.version import __version__
 from sparsurf_study.paper.verdict import MIN_RUNS, is_one_more_run
 from sparsurf_study.report.first_page.batches import of_batches
@@ -116,6 +117,7 @@ def values_of_front(
         "surfaces": of_surfaces(run),
         "files": of_files(run),
         "max_cards": MAX_CARDS,
+        "min_residue_area": MIN_AREA,
     }
 
 

@@ -12,7 +12,7 @@ from peptides import peptide, write
 from sparsurf.api import frames as api
 from sparsurf.cli import command
 from sparsurf.errors import InputError
-from sparsurf.evaluation.ranking import rank_residues
+from sparsurf.evaluation.ranking import rank_residues, why_none_is_ranked
 
 TDP43 = ROOT / "data" / "tdp43"
 FIELDS = ["hydropathy", "mean_curvature"]
@@ -120,7 +120,15 @@ def test_residues_are_ranked_by_how_much_they_change(seven, rank, column, by):
     tables = sparsurf.frames(seven, rank=rank, rank_by=by)
     wide = tables.residues.pivot_table(column, "frame", ["chain", "residue"], sort=False, dropna=False)
     ranking = tables.ranking.set_index(["chain", "residue"])
-    assert (ranking["quantity"] == column).all() and ranking[by].dropna().is_monotonic_decreasing
+    ranked = ranking["rank"].notna()
+    assert (ranking["quantity"] == column).all() and ranking.loc[ranked, by].is_monotonic_decreasing
+    assert [*ranking["rank"][ranked]] == [*range(1, ranked.sum() + 1)] and ranked.iloc[: ranked.sum()].all()
+    area = tables.residues.pivot_table("area", "frame", ["chain", "residue"], sort=False).mean()[
+        ranking.index
+    ]
+    np.testing.assert_allclose(ranking["mean_area"], area)
+    enough = (area >= 20) & (wide.count()[ranking.index] >= wide.shape[0] / 2) & (ranking["range"] > 0)
+    assert ranked.tolist() == enough.tolist()
     wanted = {
         "frames": wide.count(), "mean": wide.mean(), "sd": wide.std(), "lowest": wide.min(), "highest": wide.max(),
         "range": wide.max() - wide.min(),
@@ -129,14 +137,65 @@ def test_residues_are_ranked_by_how_much_they_change(seven, rank, column, by):
         np.testing.assert_allclose(ranking[name], values[ranking.index], rtol=1e-9, atol=1e-12)
 
 
+def in_blocks(values, area):
+    """Numbers and areas of consecutive frames."""
+    return lambda: zip(np.split(values, [3, 10]), np.split(area, [3, 10]), strict=True)
+
+
 def test_ranking_by_standard_deviation_and_by_range_differ():
     """One jump has the larger range, and a steady swing the larger standard deviation."""
-    residues = pd.DataFrame({"residue": ["jump", "swing", "buried", "once"]})
-    values = np.array([[0, 6.0 * (k % 2), np.nan, np.nan] for k in range(20)] + [[9.0, 0, np.nan, 5.0]])
+    residues = pd.DataFrame({"residue": ["buried", "jump", "swing", "once"]})
+    values = np.array([[np.nan, 0, 6.0 * (k % 2), np.nan] for k in range(20)] + [[np.nan, 9.0, 0, 5.0]])
     for by, first in (("sd", "swing"), ("range", "jump")):
-        ranking = rank_residues(residues, "q", by, lambda: np.split(values, [3, 10]))
+        ranking = rank_residues(residues, "q", by, in_blocks(values, np.full(values.shape, 50.0)))
         assert ranking["residue"].iloc[0] == first
-    assert ranking["frames"].tolist() == [21, 21, 1, 0] and np.isnan(ranking["sd"].iloc[2:]).all()
+    assert ranking["frames"].tolist() == [21, 21, 0, 1] and np.isnan(ranking["sd"].iloc[2:]).all()
+
+
+def test_residues_of_little_area_or_of_few_frames_are_listed_below_the_ranked_ones():
+    """At least 20 Å^2 in the mean over all frames, and a value in at least half of them; a constant is not ranked either."""
+    names = ["too small", "steady", "seldom", "half", "constant", "small at times"]
+    residues, frames = pd.DataFrame({"residue": names}), 12
+    values, area = np.zeros((frames, 6)), np.full((frames, 6), 50.0)
+    swing = np.arange(frames) % 2
+    values[:] = swing[:, None] * [9, 1, 8, 7, 0, 6]
+    values[: frames // 2 + 1, 2] = values[: frames // 2, 3] = np.nan
+    area[:, 0] = 19.9
+    area[:, 5] = np.where(swing, 0.0, 40.0)
+    ranking = rank_residues(residues, "q", "sd", in_blocks(values, area)).set_index("residue")
+    assert [*ranking.index] == ["half", "small at times", "steady", "too small", "seldom", "constant"]
+    assert ranking["rank"].tolist()[:3] == [1, 2, 3] and ranking["rank"].isna().tolist()[3:] == [True] * 3
+    assert ranking["frames"].tolist() == [6, 12, 12, 12, 5, 12]
+    assert ranking["mean_area"].tolist() == pytest.approx([50, 20, 50, 19.9, 50, 50])
+
+
+@pytest.mark.parametrize(
+    ("values", "area", "said"),
+    [
+        ([[0.5, 0.6]], 50, "one frame shows no change; give a trajectory"),
+        ([[0.5, 0.6], [0.5, 0.6]], 50, "no residue changes from frame to frame"),
+        ([[0.5, 0.6], [0.7, 0.5]], 19, "no residue has at least 20 Å^2"),
+        ([[0.5, 0.6], [0.7, 0.6]], 50, ""),
+    ],
+)
+def test_a_ranking_without_a_residue_says_why(values, area, said):
+    values = np.array(values)
+    ranking = rank_residues(
+        pd.DataFrame({"residue": ["1", "2"]}), "q", "range", lambda: [(values, np.full(values.shape, area))]
+    )
+    assert ranking["rank"].notna().sum() == (not said)
+    assert (why_none_is_ranked(ranking, len(values)) or "nothing").startswith(said or "nothing")
+
+
+def test_one_frame_is_not_ranked_and_says_so(tmp_path, capsys):
+    """By the range, of which every residue had 0."""
+    out = tmp_path / "run.csv"
+    (tmp_path / "one.pdb").write_text(peptide())
+    assert command.main(["frames", str(tmp_path / "one.pdb"), "--rank-by", "range", "-o", str(out)]) == 0
+    said = capsys.readouterr().err
+    assert said.count("no residue is ranked by its roughness: one frame shows no change") == 1
+    assert "changes most" not in said
+    assert pd.read_csv(tmp_path / "run_ranking.csv")["rank"].isna().all()
 
 
 def stop_before_writing(monkeypatch, molecule, path, **options):

@@ -93,7 +93,7 @@ def test_the_picture_of_a_large_surface_has_fewer_dots_and_its_residues_the_same
 def test_the_ten_roughest_residues_are_those_of_the_table(molecule):
     dots, table, html = molecule
     page = Page(html)
-    wanted = table.sort_values("mean_roughness").head(10)
+    wanted = table[table["area"] >= 20].sort_values("mean_roughness").head(10)
     head, *rows = next(rows for rows in page.tables if rows[0][0] == "residue")
     names = [f"{row.residue_name} {row.residue} {row.chain}".strip() for row in wanted.itertuples()]
     assert [row[0] for row in rows] == names
@@ -108,12 +108,31 @@ def test_the_ten_roughest_residues_are_those_of_the_table(molecule):
     chosen = [(each.text, int(each.attributes["data-residue"])) for each in buttons]
     assert {*chosen} == {*zip(names, wanted.index, strict=True)}
     assert (
-        f"Its roughest residue is {names[0]}, with a mean of {wanted['mean_roughness'].iloc[0]:.2f}."
+        f"Its roughest residue is {names[0]}, with a mean of {wanted['mean_roughness'].iloc[0]:.2f} over "
         in page.text
     )
     low, high = (table["mean_roughness"].agg(end) for end in ("min", "max"))
     said = page.find("svg")[0].attributes["aria-label"]
-    assert f"from {low:.2f} ({names[0]}, the roughest) to {high:.2f} (" in said
+    assert f"from {low:.2f} ({names[0]}) to {high:.2f} (" in said
+
+
+def test_residues_of_little_surface_are_drawn_but_neither_named_nor_marked_as_the_roughest(tmp_path):
+    """The roughest two have 19.9 and 7 Å^2; where all have as little, none is ranked."""
+    table = pd.DataFrame({"chain": "A", "residue": ["7", "8", "9", "10"], "residue_name": "ALA", "dots": 9})
+    table = table.assign(mean_roughness=[0.2, 0.5, 0.3, 0.4])
+    for area, ranked in (([19.9, 20, 7, 60], ["ALA 10 A", "ALA 8 A"]), (19.9, []), (np.nan, [])):
+        sparsurf.write(table.assign(area=area), tmp_path / "x.html")
+        page = Page((tmp_path / "x.html").read_text(encoding="utf-8"))
+        rows = [row[0] for rows in page.tables for row in rows if rows[0][0] == "residue"]
+        assert rows[1:] == ranked
+        marks = page.find("circle")
+        assert len(marks) == 4
+        assert sum(mark.attributes.get("class") == "rough" for mark in marks) == len(ranked)
+        words = "is known to have at least 20 Å² of surface, so none is ranked"
+        assert (words in page.text.replace("\xa0", " ")) == (not ranked)
+        figure = pictures.profile_picture(table.assign(area=area), "x").axes[0]
+        assert {text.get_text() for text in figure.texts} == {*ranked}
+        assert ("are marked" in figure.get_xlabel()) == bool(ranked)
 
 
 def test_the_numbers_of_the_page_are_those_of_the_surface_and_its_fields(molecule):
@@ -142,6 +161,7 @@ def test_the_profile_has_a_point_for_each_residue_and_a_gap_where_one_is_buried_
             "residue": ["7", "8", "9", "10", "20", "21"],
             "residue_name": "ALA",
             "mean_roughness": rough,
+            "area": 30.0,
         }
     )
     ((panel,),) = (chain.rows for chain in profile.panels(table))
@@ -166,26 +186,25 @@ def test_the_profile_has_a_point_for_each_residue_and_a_gap_where_one_is_buried_
         [table.assign(chain=name, mean_roughness=0.5 + 0.01 * k) for k, name in enumerate("ABC")]
     )
     many = many.reset_index(drop=True)
-    for largest, expected in ((False, [6, 4, 0]), (True, [0, 4, 6])):  # ten of all chains
-        shown = profile.panels(many, largest=largest)
+    for marked, expected in ((None, [6, 4, 0]), (many.index[-10:], [0, 4, 6])):  # ten of all chains
+        shown = profile.panels(many, marked=marked)
         assert [sum(mark.rough for mark in panel.rows[0].marks) for panel in shown] == expected
 
 
 def test_every_chain_of_many_has_its_profile(tmp_path):
     """In the order of the structure; those after the eighth are folded."""
     table = pd.DataFrame(
-        {"chain": list("KABCDEFGHI"), "residue": "7", "residue_name": "ALA", "area": 5.0, "dots": 9}
+        {"chain": list("KABCDEFGHI"), "residue": "7", "residue_name": "ALA", "area": 25.0, "dots": 9}
     )
     sparsurf.write(table.assign(mean_roughness=np.linspace(0.3, 0.7, 10)), tmp_path / "x.html")
     page = Page((tmp_path / "x.html").read_text(encoding="utf-8"))
     assert "2 more chains" in [summary.text for summary in page.find("summary")]
     heads = [head for head in page.find("h3") if head.text.startswith("Chain ")]
-    drawings = [drawing for drawing in page.find("svg") if "the roughest" in drawing.attributes["aria-label"]]
+    drawings = [
+        drawing for drawing in page.find("svg") if "mean roughness" in drawing.attributes["aria-label"]
+    ]
     for name, head, drawing in zip("KABCDEFGHI", heads, drawings, strict=True):
-        assert (
-            head.text == f"Chain {name}"
-            and f"(ALA 7 {name}, the roughest" in drawing.attributes["aria-label"]
-        )
+        assert head.text == f"Chain {name}" and f"(ALA 7 {name})" in drawing.attributes["aria-label"]
         for each in (head, drawing):
             assert any(around.is_of("details") for around in each.around) == (name in "HI")
 
@@ -193,7 +212,9 @@ def test_every_chain_of_many_has_its_profile(tmp_path):
 def test_of_rough_residues_side_by_side_the_roughest_is_named():
     rough = np.full(200, 0.7)
     rough[100:102] = 0.4, 0.3
-    table = pd.DataFrame({"chain": "A", "residue": np.arange(1, 201).astype(str), "residue_name": "ALA"})
+    table = pd.DataFrame(
+        {"chain": "A", "residue": np.arange(1, 201).astype(str), "residue_name": "ALA", "area": 50}
+    )
     ax = pictures.profile_picture(table.assign(mean_roughness=rough), "x").axes[0]
     named = {text.get_text() for text in ax.texts}
     assert "ALA 102 A" in named and "ALA 101 A" not in named
@@ -664,8 +685,8 @@ def test_every_way_to_a_page_tells_the_same_area_and_the_same_roughest_residue(t
         of_file = show(file)
         assert f"dots stand for an area of {area}" in of_file, of_file
     for found in (show(dots[subset.dots]), text(written(dots[subset.dots], ".html"))):
-        assert f"a selection of {len(subset):,} of {len(dots):,} dots" in found and rough in found, found
-        assert "area" not in found
+        assert f"a selection of {len(subset):,} of {len(dots):,} dots" in found, found
+        assert "area" not in found and "roughest" not in found  # less than 20 Å^2 of each residue is selected
 
 
 def test_all_tables_of_residues_name_the_same_roughest(molecule, subset):

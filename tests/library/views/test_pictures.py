@@ -93,7 +93,9 @@ def test_kept_dots_are_dark_and_where_they_are():
 
 def test_the_profile_has_the_roughness_of_each_residue_by_chain():
     rough = [0.35, 0.5, np.nan, 0.62, 0.7, 0.4]
-    table = pd.DataFrame({"chain": "A", "residue": ["7", "8", "9", "10", "20", "21"], "residue_name": "ALA"})
+    table = pd.DataFrame(
+        {"chain": "A", "residue": ["7", "8", "9", "10", "20", "21"], "residue_name": "ALA", "area": 30}
+    )
     table = pd.concat([table.assign(mean_roughness=rough), table.assign(chain="B", mean_roughness=0.9)])
     figure = pictures.profile_picture(table.reset_index(drop=True), "p")
     first, second = figure.axes

@@ -115,7 +115,7 @@ def test_the_card_of_the_dots_says_how_many_atoms_determine_the_surface(tmp_path
 def test_the_page_of_a_protein_of_the_reader_begins_with_its_residues(tmp_path, structure, is_own):
     files = [*write_run(tmp_path), "p/c1/residues.csv"]
     residues = pd.DataFrame({"chain": ["A"], "residue": "7", "residue_name": "ALA", "mean_roughness": 0.6})
-    residues.assign(area=12.4, dots=70).to_csv(tmp_path / "p/c1/residues.csv", index=False)
+    residues.assign(area=22.4, dots=70).to_csv(tmp_path / "p/c1/residues.csv", index=False)
     write_front(tmp_path / "index.html", files, {}, origin=RunOrigin(inputs=[structure]))
     text = page_of(tmp_path).words
     is_asked = page_of(tmp_path).find("h1")[0].text.startswith("Which dots")
@@ -607,7 +607,7 @@ def test_each_part_of_a_surface_has_its_own_numbers_and_pictures(tmp_path, monke
     for path in [*pictures, "p/c1/figures/roughness.png"]:
         Image.new("RGB", (640, 480), "red").save(tmp_path / path)
     residues = pd.DataFrame({"chain": "A", "residue": ["7", "8", "9"], "residue_name": ["ALA", "GLY", "LYS"]})
-    residues = residues.assign(mean_roughness=[0.61, np.nan, 0.42], area=[12.4, 0, 30.6], dots=[70, 0, 1200])
+    residues = residues.assign(mean_roughness=[0.61, np.nan, 0.42], area=[22.4, 0, 30.6], dots=[70, 0, 1200])
     residues.assign(mean_hbond=[-0.5, np.nan, 0.25]).to_csv(tmp_path / "p/c1/residues.csv", index=False)
     files += [*pictures, "p/c1/figures/roughness.png", "p/c1/view.html", "p/c1/residues.csv"]
     files += ["p/c1/minimal.csv", "p/c1/ranges.csv", "summary.csv"]
@@ -627,9 +627,9 @@ def test_each_part_of_a_surface_has_its_own_numbers_and_pictures(tmp_path, monke
     assert "How rough is the surface of p, and" in text and "1,296 combinations" in text
     assert "No combination keeps less than 20 % of the dots." in text
     heads = ["roughest residues", "mean roughness (1 is flat)", "area (Å²)", "dots", "mean hbond"]
-    rows = [["LYS 9 A", "0.42", "31", "1,200", "0.25"], ["ALA 7 A", "0.61", "12", "70", "−0.50"]]
+    rows = [["LYS 9 A", "0.42", "31", "1,200", "0.25"], ["ALA 7 A", "0.61", "22", "70", "−0.50"]]
     assert [heads, *rows] in page.tables
-    ends = "ranges from 0.42 (LYS 9 A, the roughest) to 0.61 (ALA 7 A, the flattest)."
+    ends = "ranges from 0.42 (LYS 9 A) to 0.61 (ALA 7 A)."
     assert any(words.endswith(ends) for words in page.alternatives)
     assert {"p/c1/view.html", "p/c1/minimal.csv", "p/c1/residues.csv", "p/c1/ranges.csv"} <= {*page.links}
     surface = next(row for row in page.rows if row[1] == "p")
@@ -728,7 +728,7 @@ def test_each_surface_has_its_own_parts_where_one_was_not_sampled(tmp_path, name
         table = table[table["protein"] == name] if kind == "summary" else table  # sampling: false of 012
         table[::-1].to_csv(tmp_path / f"{kind}.csv", index=False)
     for k, place in enumerate(places):
-        rows = {"chain": ["B", "A"], "residue": ["7", "8"], "residue_name": "ALA", "area": 9.0, "dots": 70}
+        rows = {"chain": ["B", "A"], "residue": ["7", "8"], "residue_name": "ALA", "area": 29.0, "dots": 70}
         table = pd.DataFrame(rows).assign(mean_roughness=[0.5 + 0.1 * k, 0.3 + 0.1 * k])
         table.to_csv(tmp_path / place / "residues.csv", index=False)
         pictures = [f"pictures/{picture}.png" for picture in ("roughness", "sampled", "minimal")]

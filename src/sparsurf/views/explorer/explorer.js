@@ -72,13 +72,7 @@ function fillMenus() {
   if (head.kinds.length) element("colour").add(new Option("kind of dot", "kind"));
   head.numbers.forEach((table, k) => table.colours && element("colour").add(new Option(table.name, `number ${k}`)));
   if (head.colour) element("colour").value = head.colour;
-  const first = head.numbers.findIndex((table) => table.orders);
-  order = [...head.residues.keys()];
-  if (first >= 0) {
-    const sign = head.numbers[first].orders, value = (residue) => numberOf(first, residue, 0);
-    const place = (residue) => (value(residue) === null ? Infinity : sign * value(residue));
-    order.sort((a, b) => place(a) - place(b) || a - b);
-  }
+  order = head.order;
   const list = element("residues");
   listed = order.map((residue) => {
     const row = document.createElement("div"), label = document.createElement("span"), value = document.createElement("span");
@@ -86,7 +80,7 @@ function fillMenus() {
     row.setAttribute("role", "option");
     row.setAttribute("aria-selected", "false");
     label.textContent = head.residues[residue];
-    value.textContent = first < 0 ? "" : written(head.numbers[first], numberOf(first, residue, 0));
+    value.textContent = written(head.numbers[0], numberOf(0, residue, 0));
     row.append(label, value);
     list.append(row);
     return row;

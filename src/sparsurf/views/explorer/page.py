@@ -30,7 +30,6 @@ SHARED_SCRIPTS = ("unpack.js", "gl.js", "drawing.js")  # of the viewer of dots
 OWN_SCRIPTS = ("chain.js", "meshes.js", "explorer.js")
 STYLES = ("explorer.css",)
 UNKNOWN_NUMBER = -1  # in place of a number that a residue does not have
-DECIMALS_OF_ORDER = 4  # beyond those that are shown, so that a list has the order of the table
 
 
 @dataclass(frozen=True)
@@ -45,7 +44,6 @@ class ResidueValues:
     low_is, high_is : meaning of the ends where the surface is coloured by it
     limits : values at the ends of the colours; by default the lowest and the highest
     colours : whether the surface can be coloured by it
-    orders : 1 if the list of residues begins with the lowest, -1 if with the highest, 0 if it is not ordered by it
     """
 
     name: str
@@ -56,7 +54,6 @@ class ResidueValues:
     high_is: str = "high"
     limits: tuple[float, float] | None = None
     colours: bool = False
-    orders: int = 0
 
 
 @dataclass(frozen=True)
@@ -110,6 +107,7 @@ def around_molecule(
     molecule: Molecule,
     shapes: Sequence[Shape],
     numbers: Sequence[ResidueValues],
+    order: Sequence[int],
     dots: DotsBelow | None = None,
     frames: ShownFrames = ShownFrames(),
     max_bytes: int = MAX_EXPLORER_BYTES,
@@ -117,7 +115,8 @@ def around_molecule(
     """Return the page that `fill` makes around a packed molecule, of at most `max_bytes`.
 
     `shapes` are those of all frames, and `dots` are those of the only one, whose values colour the surface; else numbers of
-    residues do. Corners are merged within cells that are as small as the page can hold.
+    residues do. The list of residues shows the first of the `numbers`, in the `order` of their positions. Corners are merged
+    within cells that are as small as the page can hold.
     """
     atoms, trace, farthest = atoms_to_draw(molecule)
     elements, element = np.unique(molecule.element[atoms], return_inverse=True)
@@ -135,6 +134,7 @@ def around_molecule(
         "kinds": viewer.named_kinds() if dots and (dots.kind >= 0).any() else [],
         "colour": dots.opens if dots else "",
         "numbers": [_described(values) for values in numbers],
+        "order": [int(position) for position in order],
     }
     columns = {"element": element, "residue of atom": molecule.residue_index[atoms], "trace": trace}
     columns |= {"chain": chains, "farthest": farthest}
@@ -161,14 +161,12 @@ def _described(values: ResidueValues) -> dict[str, Any]:
         "name": values.name, "unit": values.unit, "digits": values.digits, "low": low, "step": _step(values),
         "low is": values.low_is, "high is": values.high_is, "unknown is": "no value", "dark": dark, "bright": bright,
         "frames": len(values.values), "colours": values.colours,
-        "orders": values.orders,
     }  # fmt: skip
 
 
 def _step(values: ResidueValues) -> float:
-    """Return the precision of numbers on a page: a tenth of their last decimal, and finer where a list is in their order."""
-    finer = DECIMALS_OF_ORDER if values.orders and len(values.values) == 1 else 1
-    return float(10.0 ** -(values.digits + finer))
+    """Return the precision of numbers on a page: a tenth of their last decimal."""
+    return float(10.0 ** -(values.digits + 1))
 
 
 def _whole(values: ResidueValues) -> np.ndarray:

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from sparsurf.evaluation.ranking import rank_residues
+from sparsurf.evaluation.ranking import MIN_AREA, rank_residues, why_none_is_ranked
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.surfaces.formats.ply import ROUGHNESS_LIMITS
 from sparsurf.views.explorer.page import ResidueValues, ShownFrames, around_molecule
@@ -60,7 +60,7 @@ def overview_of_frames(
     """
     column, rank_by = ranked
     residues = change_table(molecule, numbers, column, rank_by)
-    changing = residues.head(N_CHANGING)
+    changing = residues[residues["rank"].notna()].head(N_CHANGING)
     rows = [
         row | {"label": label, "residue": position}
         for label, position, row in zip(
@@ -74,7 +74,8 @@ def overview_of_frames(
         "n_frames": len(shapes), "n_all": molecule.n_frames, "n_residues": molecule.n_residues,
         "every": -(-molecule.n_frames // len(shapes)),
         "smallest": (whole.min(), labels[int(whole.argmin())]), "largest": (whole.max(), labels[int(whole.argmax())]),
-        "most": rows, "panels": panels(residues.sort_index(), rank_by, largest=True),
+        "most": rows, "panels": panels(residues.sort_index(), rank_by, changing.index),
+        "unranked": why_none_is_ranked(residues, len(shapes)), "min_area": MIN_AREA,
         "notes": notes, "left_out": None if left_out is None else ", ".join(left_out), "origin": origin,
         "linked": True, "orders": "the most changing", "n_open": N_OPEN,
     }  # fmt: skip
@@ -85,18 +86,16 @@ def overview_of_frames(
 
     frames = ShownFrames(tuple(labels), tuple(whole.tolist()))
     change = residues.sort_index()[rank_by].to_numpy(float)[None]
-    return around_molecule(
-        fill, molecule, shapes, [*changing_numbers(numbers, column, rank_by, change)], frames=frames
-    )
+    shown = [*changing_numbers(numbers, column, rank_by, change)]
+    return around_molecule(fill, molecule, shapes, shown, [*residues.index], frames=frames)
 
 
 def change_table(
     molecule: Molecule, numbers: Mapping[str, np.ndarray], column: str, rank_by: str
 ) -> pd.DataFrame:
-    """Rank residues by the change of a column, and add the mean and the standard deviation of their area."""
-    table = rank_residues(molecule.residues, column, rank_by, lambda: [numbers[column]])
-    area = numbers["area"][:, table.index]
-    return table.assign(mean_area=area.mean(axis=0), sd_area=area.std(axis=0, ddof=1))
+    """Rank residues by the change of a column, and add the standard deviation of their area."""
+    table = rank_residues(molecule.residues, column, rank_by, lambda: [(numbers[column], numbers["area"])])
+    return table.assign(sd_area=numbers["area"].std(axis=0, ddof=1)[table.index])
 
 
 def quantity_of(column: str) -> Quantity:
@@ -113,9 +112,7 @@ def changing_numbers(
     """Yield the numbers of the residues that the page shows: the `change` (1, R) that ranks them, and columns of each frame."""
     ranked = quantity_of(column)
     name = f"{STATISTICS[rank_by]} of the {ranked.name}"
-    yield ResidueValues(
-        name, ranked.unit, change, ranked.digits, "steady", "changing", colours=True, orders=-1
-    )
+    yield ResidueValues(name, ranked.unit, change, ranked.digits + 1, "steady", "changing", colours=True)
     for of_frames in dict.fromkeys(("area", ROUGHNESS_COLUMN, column)):
         name, unit, digits, ends = quantity_of(of_frames)
         limits = ROUGHNESS_LIMITS if of_frames == ROUGHNESS_COLUMN else None

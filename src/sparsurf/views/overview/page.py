@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 
 from sparsurf.dot_fields.registry import label_and_unit
+from sparsurf.evaluation.ranking import MIN_AREA
 from sparsurf.surfaces.components import COMPONENT_FIELD
 from sparsurf.surfaces.formats.ply import ROUGHNESS_LIMITS
 from sparsurf.version import __version__
@@ -134,10 +135,11 @@ def overview(
         dots = DotsBelow(
             shown, surface.kind, drawn.nearest, "kind" if colour == "kind" else f"corner {colour}"
         )
-        numbers = [*numbers_of_residues(residues)]
+        numbers, ranked = [*numbers_of_residues(residues)], roughest(residues, n=None).index
+        in_list = [*ranked, *residues.index.difference(ranked)]
         limit = MAX_LARGE_BYTES if chosen_from else MAX_EXPLORER_BYTES
         limit = viewer.MAX_VIEWER_BYTES if links else limit
-        return around_molecule(fill, drawn.molecule, [drawn.shape], numbers, dots, max_bytes=limit)
+        return around_molecule(fill, drawn.molecule, [drawn.shape], numbers, in_list, dots, max_bytes=limit)
     return viewer.around_dots(
         fill, prepared, {"farthest": order}, residues=labels, values=values, minimal=kept, opens=opens or ("all", 0),
         turn=along_smallest_axis(surface.points),
@@ -155,9 +157,9 @@ class DrawnMolecule:
 
 
 def numbers_of_residues(residues: pd.DataFrame) -> Iterator[ResidueValues]:
-    """Yield the numbers of the residues that the list and the chosen residue show, from the table of `evaluation.residues`."""
+    """Yield the numbers of residues that the page shows, first that of the list, from the table of `evaluation.residues`."""
     rough = residues["mean_roughness"].to_numpy(float)[None]
-    yield ResidueValues("mean roughness", "", rough, 2, "rough", "flat", ROUGHNESS_LIMITS, orders=1)
+    yield ResidueValues("mean roughness", "", rough, 2, "rough", "flat", ROUGHNESS_LIMITS)
     area = residues["area"].to_numpy(float)[None]
     yield ResidueValues("area", "Å²", np.where(area > 0, area, np.nan), 0)
     for column in columns_of_means(residues):
@@ -199,7 +201,7 @@ def residue_words(residues: pd.DataFrame | None) -> dict[str, Any]:
         shown |= {"area": row["area"], "dots": row["dots"], "means": [row[name] for name in columns]}
         rows.append(shown)
     means = [named_field(str(name).removeprefix("mean_")) for name in columns]
-    return {"table": True, "panels": panels(residues), "rough": rows, "means": means}
+    return {"table": True, "panels": panels(residues), "rough": rows, "means": means, "min_area": MIN_AREA}
 
 
 def named_field(name: str) -> dict[str, str]:

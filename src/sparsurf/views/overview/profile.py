@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
+from sparsurf.evaluation.ranking import is_ranked
 from sparsurf.views.numbers import number
 
 N_ROUGHEST = 10
@@ -55,10 +56,12 @@ class Panel(NamedTuple):
     rows: list[PanelRow]
 
 
-def roughest(residues: pd.DataFrame, column: str = ROUGHNESS_COLUMN) -> pd.DataFrame:
-    """Return the rows of the residues with the lowest mean roughness, the lowest first; buried ones have none."""
-    exposed = residues[residues[column].notna()]
-    return exposed.sort_values(column, kind="stable").head(N_ROUGHEST)
+def roughest(
+    residues: pd.DataFrame, column: str = ROUGHNESS_COLUMN, n: int | None = N_ROUGHEST
+) -> pd.DataFrame:
+    """Return the rows of the n ranked residues with the lowest mean roughness, the lowest first; of all with None."""
+    exposed = residues[residues[column].notna() & is_ranked(residues["area"])]
+    return exposed.sort_values(column, kind="stable").iloc[:n]
 
 
 def labels_of(residues: pd.DataFrame) -> list[str]:
@@ -112,16 +115,18 @@ def places_of_labels(residues: pd.DataFrame, room: float) -> list[int]:
     return places or [0]
 
 
-def panels(residues: pd.DataFrame, column: str = ROUGHNESS_COLUMN, largest: bool = False) -> list[Panel]:
+def panels(
+    residues: pd.DataFrame, column: str = ROUGHNESS_COLUMN, marked: pd.Index | None = None
+) -> list[Panel]:
     """Lay out the drawing of every chain, with one axis for all; none where no residue has a value.
 
-    The residues with the lowest values are marked, or those with the `largest`.
+    The residues of the index `marked` are marked, or without one the roughest.
     """
     if not residues[column].notna().any():
         return []
     low, high = limits(residues, column)
     step = step_of_levels(residues[column].min(), residues[column].max())
-    marked = residues[column].nlargest(N_ROUGHEST).index if largest else roughest(residues, column).index
+    marked = roughest(residues, column).index if marked is None else marked
     drawn = residues.assign(rough=residues.index.isin(marked), drawn=residues[column])
     return [Panel(name, [*_rows(rows, low, high, step)]) for name, rows in chains(drawn, "drawn")]
 

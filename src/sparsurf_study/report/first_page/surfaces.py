@@ -169,7 +169,7 @@ def of_residues(run: Run) -> list[dict[str, Any]]:
                 "means": [name.removeprefix("mean_").replace("_", " ") for name in columns],
             }
         )
-    return [surface for surface in found if surface["rough"]]
+    return [surface for surface in found if surface["panels"]]
 
 
 def of_surfaces(run: Run) -> dict[str, Any] | None:
