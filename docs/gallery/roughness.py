@@ -18,7 +18,7 @@ dots.plot(R, name="roughness").set_title("roughness R of each dot")
 # %%
 # The mean over the dots of each residue tells which parts of the protein are rough. A buried residue has no point:
 
-residues = sparsurf.residues(dots, molecule, roughness_values=R)
+residues = sparsurf.residues(molecule, dots, roughness_values=R)
 fig, ax = plt.subplots(figsize=(8, 3), layout="constrained")
 ax.plot(
     residues["residue"].astype(int), residues["mean_roughness"], ".-", color="#31688e"

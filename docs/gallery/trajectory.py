@@ -16,7 +16,7 @@ molecule = sparsurf.read_molecule(
 rows = []
 for frame in range(molecule.n_frames):
     dots = sparsurf.surface(molecule, frame=frame)
-    rows.append(sparsurf.residues(dots, molecule)["mean_roughness"])
+    rows.append(sparsurf.residues(molecule, dots)["mean_roughness"])
 
 fig, ax = plt.subplots(figsize=(8, 4), layout="constrained")
 image = ax.imshow(

@@ -86,7 +86,7 @@ def draw_recovery(job: Job) -> None:
     """Draw the embedded example, the few dots that `minimal` keeps by default, and the surface rebuilt from these."""
     surface = sparsurf.surface(job.input.structure)
     few, density = sparsurf.minimal(surface), comparable_density(sparsurf.prepare(surface).density)
-    back = reconstruct_twice(few.surface, density, few.model, job.threads, DENSITY_FOR_EXACT_ERRORS)
+    back = reconstruct_twice(few.surface, density, few.reconstruction, job.threads, DENSITY_FOR_EXACT_ERRORS)
     gap = back.distances(surface.points, job.threads, rolled_atoms(surface.origin))
     figure = subsets.figure(
         surface,

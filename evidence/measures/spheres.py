@@ -80,7 +80,7 @@ def errors_of(
     for error in requested_errors:
         settings = Settings(minimal=Minimal(error=error))
         few = represent(surface, settings, streams, surface.molecule).subset
-        yield from rows(few.sampler, f"error {error:g}", few.dots, [few.model])
+        yield from rows(few.sampler, f"error {error:g}", few.dots, [few.reconstruction])
     if more:
         yield errors_of_atoms(surface, test, true)
 

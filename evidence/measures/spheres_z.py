@@ -70,7 +70,7 @@ def z_of_descriptors(
                 yield row(sampler, model, of_dots, few)
     for error in requested_errors:
         subset = represent(surface, Settings(minimal=Minimal(error=error)), streams, surface.molecule).subset
-        yield row(subset.sampler, subset.model, f"error {error:g}", subset.surface)
+        yield row(subset.sampler, subset.reconstruction, f"error {error:g}", subset.surface)
 
 
 def measure_spheres_z(job: Job) -> None:

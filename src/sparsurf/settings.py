@@ -3,6 +3,7 @@
 The config of a study has the same sections (`sparsurf_study.settings` adds those that only a study has).
 """
 
+import logging
 from collections.abc import Collection, Mapping
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeAlias, TypeVar
 
@@ -20,6 +21,8 @@ from pydantic_core import PydanticKnownError
 
 from sparsurf import arguments, kinds
 from sparsurf.arguments import Auto, Cavities, Model, RadiiTable, Reentrant
+
+log = logging.getLogger("sparsurf")
 
 # `minimal` takes exactly one of them
 REQUEST_KEYS = ("error", "density", "percent", "n_dots", "max_z", "combination")
@@ -280,9 +283,9 @@ class Minimal(Section):
     sampler: Auto | Sampler = key(
         "auto",
         "Sampler that chooses the subset; auto: cover where an error of at most 0.12 Å is requested of dots on atoms, unless the "
-        "model is interpolant; else farthest.",
+        "reconstruction is interpolant; else farthest.",
     )
-    model: Model = key(
+    reconstruction: Model = key(
         "auto",
         "How the surface is reconstructed from the subset: by the spheres that its dots lie on, or by the interpolant; auto: "
         "spheres with the sampler cover, and where the sampler auto keeps dots on atoms for an error; else the interpolant.",
@@ -309,6 +312,17 @@ class Minimal(Section):
         "alpha, beta, gamma and delta of the paper's sampling, which is drawn once; the sampler is paper, unless "
         "paper_corrected is named."
     )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _takes_old_names(cls, keys: Any) -> Any:
+        if isinstance(keys, dict) and "model" in keys and "reconstruction" not in keys:
+            keys = {"reconstruction" if key == "model" else key: value for key, value in keys.items()}
+            log.warning(
+                "minimal: write reconstruction: %s in place of model: %s, which version 7 will refuse.",
+                *[keys["reconstruction"]] * 2,
+            )
+        return keys
 
     @model_validator(mode="after")
     def _has_one_request(self) -> "Minimal":

@@ -1,7 +1,8 @@
 """Names that a user may have meant, of values and of keywords."""
 
 import difflib
-from collections.abc import Callable, Iterable
+import warnings
+from collections.abc import Callable, Iterable, Mapping
 from functools import wraps
 from inspect import Parameter, signature
 from typing import Any, TypeVar, cast
@@ -30,8 +31,11 @@ def _has_a_text(value: Any) -> bool:
 PLACEMENT = ("frame", "probe_radius", "density", "radii", "cavities", "reentrant", "d_link", "boundary")
 
 
-def public(of_dots: bool = False) -> Callable[[F], F]:
-    """Let a function for users name the right keyword in place of a wrong one; `of_dots` if it takes what `surface` returns."""
+def public(of_dots: bool = False, renamed: Mapping[str, str] | None = None) -> Callable[[F], F]:
+    """Let a function for users name the right keyword in place of a wrong one; `of_dots` if it takes what `surface` returns.
+
+    Keywords that are `renamed`, from their old names, are taken with a DeprecationWarning.
+    """
 
     def decorate(function: F) -> F:
         parameters = signature(function).parameters
@@ -41,6 +45,14 @@ def public(of_dots: bool = False) -> Callable[[F], F]:
 
         @wraps(function)
         def checked(*values: Any, **keywords: Any) -> Any:
+            for old, new in (renamed or {}).items():
+                if old in keywords and new not in keywords:
+                    keywords[new] = value = keywords.pop(old)
+                    warnings.warn(
+                        f"{function.__name__}: write {new}={value!r} in place of {old}={value!r}, which version 7 will refuse.",
+                        DeprecationWarning,
+                        stacklevel=2,
+                    )
             for key, value in keywords.items():
                 if key in names:
                     continue

@@ -20,7 +20,7 @@ molecule = sparsurf.read_molecule("protein.pdb", hydrogens="remove")
 dots = sparsurf.surface(molecule, density="auto", radii="bondi", cavities="remove", reentrant="dms", boundary="accessible")
 points: NDArray[np.float64] = dots.points
 kept: NDArray[np.int64] = sparsurf.sample(dots, percent=10)
-few = sparsurf.minimal(dots, model="spheres", sampler="farthest")
+few = sparsurf.minimal(dots, reconstruction="spheres", sampler="farthest")
 mesh = sparsurf.mesh(few, density=1.0)
 corners: NDArray[np.int64] = mesh.triangles
 residues = sparsurf.frames("protein.pdb", "run.xtc", rank_by="range").residues
@@ -34,7 +34,7 @@ WRONG = [
     'sparsurf.surface(molecule, cavities="rm")',
     'sparsurf.surface(molecule, reentrant="exactly")',
     'sparsurf.surface(molecule, boundary="included")',
-    'sparsurf.minimal(dots, model="sphere")',
+    'sparsurf.minimal(dots, reconstruction="sphere")',
     'sparsurf.density_for(0.02, sampler="uniform")',
     'sparsurf.frames("protein.pdb", rank_by="mean")',
     'sparsurf.frames("protein.pdb", path="frames.csv").residues',

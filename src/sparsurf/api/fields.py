@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import logging
+import warnings
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
 from sparsurf import kinds
 from sparsurf.api.field_values import ROUGHNESS
 from sparsurf.api.inputs import (
+    DotsLike,
     MoleculeLike,
     SurfaceLike,
     as_dots,
@@ -31,7 +34,7 @@ from sparsurf.errors import InputError, argument
 from sparsurf.evaluation.minimal_subset import Subset
 from sparsurf.evaluation.residues import residue_table
 from sparsurf.settings import PatchesSettings
-from sparsurf.suggestions import public
+from sparsurf.suggestions import F, public
 from sparsurf.surfaces.chosen_points import Points
 from sparsurf.surfaces.surface import Surface, real_numbers
 
@@ -132,10 +135,31 @@ def labelled(source: Any) -> Any:
     return source.vertices if hasattr(source, "triangles") else source
 
 
+def _molecule_first(function: F) -> F:
+    """Let `residues(dots, molecule)`, as before version 6, do the same as `residues(molecule, dots)`, with a warning."""
+
+    @wraps(function)
+    def ordered(*values: Any, **keywords: Any) -> Any:
+        first = values[0] if values else None
+        second = values[1] if len(values) > 1 else keywords.get("molecule")
+        if first is not None and second is not None and not has_atoms(first) and has_atoms(second):
+            warnings.warn(
+                "residues: write residues(molecule, dots) in place of residues(dots, molecule), which version 7 will refuse.",
+                DeprecationWarning,
+                stacklevel=2,
+            )
+            keywords.pop("molecule", None)
+            values = (second, first, *values[2:])
+        return function(*values, **keywords)
+
+    return cast(F, ordered)
+
+
+@_molecule_first
 @public(of_dots=True)
 def residues(
-    dots: SurfaceLike | Mesh,
-    molecule: MoleculeLike | None = None,
+    molecule: SurfaceLike | Mesh | None = None,
+    dots: DotsLike | Mesh | None = None,
     *,
     roughness_values: ArrayLike | None = None,
     kept: ArrayLike | Subset = (),
@@ -145,11 +169,11 @@ def residues(
 
     Parameters
     ----------
-    dots : Surface, Points, Mesh, path, or molecule
-        Dots from `surface`, points, a mesh, or the molecule itself, whose dots are placed. The roughness of points and of
-        vertices is that of the whole surface if they have the field 'roughness', and NaN if not.
-    molecule : path, Molecule, or atoms of another library, optional
-        Molecule of dots that carry none (default the molecule of the dots).
+    molecule : path, Molecule, or atoms of another library
+        Molecule, whose dots are placed unless they are given. Dots that carry their molecule may take its place.
+    dots : Surface, Points, Mesh, path, or pair (points, normals), optional
+        Dots of the molecule. The roughness of points and of vertices is that of the whole surface if they have the field
+        'roughness', and NaN if not.
     roughness_values : (N,) float, optional
         Roughness of every dot, if it is known (default that of `roughness`).
     kept : (n,) int, (N,) bool, or Subset
@@ -178,9 +202,15 @@ def residues(
     >>> len(table), list(table)[:4]
     (61, ['chain', 'residue', 'residue_name', 'area'])
     """
-    is_sparse = isinstance(dots, Points) or hasattr(dots, "triangles")
-    surface = as_surface(labelled(dots))
-    atoms = surface.known_molecule("residues") if molecule is None else as_molecule(molecule)
+    given = molecule if dots is None else dots
+    if given is None:
+        raise InputError("residues needs a molecule, or dots that carry theirs.")
+    is_sparse = isinstance(given, Points) or hasattr(given, "triangles")
+    if dots is None or molecule is None:
+        surface = as_surface(labelled(given))
+        atoms = surface.known_molecule("residues")
+    else:
+        atoms, surface = as_molecule(molecule), as_dots(labelled(dots))
     if surface.origin:
         surface.origin.refuse_molecule("residues", atoms, None)
     if not 0 <= surface.atom.min() <= surface.atom.max() < atoms.n_atoms:
@@ -189,9 +219,9 @@ def residues(
         None if roughness_values is None else real_numbers(roughness_values, "roughness_values").astype(float)
     )
     if dot_roughness is None and is_sparse:
-        given = dict(surface.fields)
-        dot_roughness = given.pop(ROUGHNESS, np.full(len(surface), np.nan))
-        surface = replace(surface, fields=given)
+        fields = dict(surface.fields)
+        dot_roughness = fields.pop(ROUGHNESS, np.full(len(surface), np.nan))
+        surface = replace(surface, fields=fields)
     whole = None
     if dot_roughness is None or (
         is_sparse and surface.origin is not None and not np.isnan(dot_roughness).any()

@@ -57,7 +57,7 @@ SIZES = {
 }
 
 
-@public(of_dots=True)
+@public(of_dots=True, renamed={"model": "reconstruction"})
 def minimal(
     surface: SurfaceLike,
     *,
@@ -67,7 +67,7 @@ def minimal(
     error: float | None = None,
     max_z: float | None = None,
     sampler: SamplerLike = AUTO,
-    model: Model = AUTO,
+    reconstruction: Model = AUTO,
     error_99: float | None = None,
     d_link: float = D_LINK,
     seed: int = DEFAULT_SEED,
@@ -100,9 +100,9 @@ def minimal(
         Largest Z (see `compare`) of the dots as they are, without reconstruction.
     sampler : str or callable
         How the dots are chosen, by name or by a function, as in `sample`; 'auto' (default) is 'cover' where an error of at most
-        0.12 Å is requested of all dots that `surface` placed and the model is not 'interpolant', and 'farthest' (farthest-point
-        sampling) in all other cases.
-    model : {'auto', 'interpolant', 'spheres'}
+        0.12 Å is requested of all dots that `surface` placed and `reconstruction` is not 'interpolant', and 'farthest'
+        (farthest-point sampling) in all other cases.
+    reconstruction : {'auto', 'interpolant', 'spheres'}
         How the surface is reconstructed where its error is measured, as in `recover`; 'auto' (default) is 'spheres' with the
         sampler 'cover', and where the sampler 'auto' keeps dots on atoms for an error. It is 'interpolant' in all other cases,
         in which `recover` may use the spheres, so that its error is smaller than the one that is measured here.
@@ -121,8 +121,8 @@ def minimal(
     Subset
         `dots` (n,) int, the indices of the kept dots; `weight` (n,) int, how many dots each one represents; `points` and
         `normals` (n, 3) in Å; `surface`, a Surface of the kept dots, whose areas sum to that of the whole surface; `table`, a
-        DataFrame; `sampler` and `model`, by which they were chosen; `decided_by`, the error that is nearest to its limit; and
-        `interval`, the 95 % interval of their number where evenly spread dots have a requested error.
+        DataFrame; `sampler` and `reconstruction`, by which they were chosen; `decided_by`, the error that is nearest to its
+        limit; and `interval`, the 95 % interval of their number where evenly spread dots have a requested error.
 
     Raises
     ------
@@ -145,7 +145,7 @@ def minimal(
     True
     """
     sizes = {"percent": percent, "n_dots": n_dots, "density": density, "error": error, "max_z": max_z}
-    few = represented(surface, sizes, sampler, seed, d_link, model, error_99).subset
+    few = represented(surface, sizes, sampler, seed, d_link, reconstruction, error_99).subset
     if (percent, n_dots, density) == (None, None, None) and len(few) == few.weight.sum():
         log.warning("minimal: no smaller subset meets the limit, and all %d dots are kept", len(few))
     return few
@@ -157,7 +157,7 @@ def represented(
     sampler: SamplerLike,
     seed: int,
     d_link: float,
-    model: Model = AUTO,
+    reconstruction: Model = AUTO,
     error_99: float | None = None,
 ) -> Representation:
     """Return a surface and its subset of a size; those of `sizes` that are None are not requested."""
@@ -172,7 +172,7 @@ def represented(
     if not (isinstance(sampler, str) and sampler == AUTO):
         get_samplers([sampler], "minimal.sampler")  # names an unknown one
     seed = SEED.check(seed, "seed")
-    check_choice(model, MODELS, "model")
+    check_choice(reconstruction, MODELS, "reconstruction")
     if error_99 is not None:
         error_99 = DISTANCE_OR_INFINITE.check(error_99, "error_99")
         if request and "error" not in request:
@@ -180,7 +180,8 @@ def represented(
                 f"minimal: {argument('error_99')} belongs to an error; leave out {argument(next(iter(request)))} or "
                 f"{argument('error_99')}."
             )
-    wanted = Minimal(**request).model_copy(update={"sampler": sampler, "model": model, "error_99": error_99})
+    ways = {"sampler": sampler, "reconstruction": reconstruction, "error_99": error_99}
+    wanted = Minimal(**request).model_copy(update=ways)
     settings = Settings(patches=PatchesSettings(d_link=d_link)).model_copy(update={"minimal": wanted})
     molecule = dots.molecule if dots.placed else None
     result = represent(dots, settings, Streams(seed), molecule, threads=available_cores())
@@ -225,14 +226,14 @@ def floors(surface: SurfaceLike, *, d_link: float = D_LINK, seed: int = DEFAULT_
     return floors_table(fresh_dots(prepared, number_of_tests(DEFAULT_TEST_DOTS, len(dots)), *dots.generator))
 
 
-@public()
+@public(renamed={"model": "reconstruction"})
 def recover(
     few: DotsLike | SurfaceAtoms,
     *,
     density: float = DENSITY,
     reach: float = REACH,
     steps: int = NEWTON_STEPS,
-    model: Model = AUTO,
+    reconstruction: Model = AUTO,
 ) -> Surface:
     """Reconstruct a dense surface from a few dots with normals; nothing else of the molecule is needed.
 
@@ -243,7 +244,8 @@ def recover(
     ----------
     few : Subset, Points, Surface, path, pair (points, normals), or SurfaceAtoms
         The few dots, such as those from `minimal` or `points`, a file of them, or (n, 3) arrays in Å. Atoms from `surface_atoms`
-        determine the surface exactly, and dots are placed on them as by `surface`; `reach`, `steps` and `model` are about dots.
+        determine the surface exactly, and dots are placed on them as by `surface`; `reach`, `steps` and `reconstruction` are
+        about dots.
     density : float
         Dots per Å^2 of the reconstructed surface (default 5.35). Where it is interpolated, it has up to a third more.
     reach : float
@@ -251,9 +253,9 @@ def recover(
         2 closes holes between unevenly spread dots; larger values place dots where there is no surface.
     steps : int
         Largest number of Newton steps that move a new dot onto the surface (default 4).
-    model : {'auto', 'interpolant', 'spheres'}
-        'auto' (default) uses the inferred atoms if they explain the dots, and the interpolant elsewhere, or the model that a
-        file of dots names; it is the interpolant alone for fewer than 100 dots, dots with noise,
+    reconstruction : {'auto', 'interpolant', 'spheres'}
+        'auto' (default) uses the inferred atoms if they explain the dots, and the interpolant elsewhere, or as a file of
+        dots says; it is the interpolant alone for fewer than 100 dots, dots with noise,
         and surfaces of another kind. 'interpolant' never infers atoms. 'spheres' refuses dots of which fewer than half lie on
         the inferred atoms.
 
@@ -266,7 +268,7 @@ def recover(
     Raises
     ------
     InputError
-        The dots cannot be used, an argument is outside of its limits, or the model 'spheres' does not suit the dots.
+        The dots cannot be used, an argument is outside of its limits, or the dots do not lie on spheres, which were asked for.
 
     Examples
     --------
@@ -285,23 +287,27 @@ def recover(
     0.02
     """
     if isinstance(few, SurfaceAtoms):
-        if (reach, steps, model) != (REACH, NEWTON_STEPS, AUTO):
-            raise InputError("recover: reach, steps and model are about dots; leave them out for atoms.")
+        if (reach, steps, reconstruction) != (REACH, NEWTON_STEPS, AUTO):
+            raise InputError(
+                "recover: reach, steps and reconstruction are about dots; leave them out for atoms."
+            )
         rules = replace(few.rules, density=DENSITIES.check(density, "density"))
         return surface_of_atoms(few, rules)
-    dense, share = recover_with_share(few, density=density, reach=reach, steps=steps, model=model)
+    dense, share = recover_with_share(
+        few, density=density, reach=reach, steps=steps, reconstruction=reconstruction
+    )
     log.info("recover: %.0f %% of the dots lie on spheres of inferred atoms", 100 * share)
     return dense
 
 
 def recover_with_share(
-    few: DotsLike, *, density: float, reach: float, steps: int = NEWTON_STEPS, model: Model = AUTO
+    few: DotsLike, *, density: float, reach: float, steps: int = NEWTON_STEPS, reconstruction: Model = AUTO
 ) -> tuple[Surface, float]:
     """Recover a dense surface like `recover`, and return the share of the dots that lie on spheres of inferred atoms as well."""
     density, reach = DENSITIES.check(density, "density"), REACHES.check(reach, "reach")
     steps, kept = STEPS_LIMITS.check(steps, "steps"), as_dots(few)
-    check_choice(model, MODELS, "model")
-    rebuilt = reconstruct(kept, density, model, reach, steps, available_cores())
+    check_choice(reconstruction, MODELS, "reconstruction")
+    rebuilt = reconstruct(kept, density, reconstruction, reach, steps, available_cores())
     return surface_with_fields(kept, rebuilt), rebuilt.share
 
 

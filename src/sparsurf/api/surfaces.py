@@ -344,13 +344,13 @@ def mesh_of_dots(
     few: Surface,
     size: MeshSize,
     names: Sequence[FieldLike] = (),
-    model: Model = "auto",
+    reconstruction: Model = "auto",
     reach: float | None = None,
 ) -> Mesh:
     """Return the mesh recovered from few dots; each vertex has the atom of the nearest of them, and interpolated fields."""
     from sparsurf.sampling.samplers import nearest_kept
 
-    made, dense = _reconstructed_mesh(few, size, model, reach)
+    made, dense = _reconstructed_mesh(few, size, reconstruction, reach)
     vertices = made.vertices
     all_points = np.concatenate([few.points, vertices.points])
     nearest = nearest_kept(all_points, np.arange(len(few)))[0][len(few) :]
@@ -361,7 +361,7 @@ def mesh_of_dots(
 
 
 def _reconstructed_mesh(
-    few: Surface, size: MeshSize, model: Model, reach: float | None
+    few: Surface, size: MeshSize, reconstruction: Model, reach: float | None
 ) -> tuple[Mesh, Surface]:
     """Return the mesh reconstructed from few dots, without atoms and fields, and the dense dots between which it lies."""
     from sparsurf.recovery.interpolated_surface import NEWTON_STEPS, REACH
@@ -374,7 +374,7 @@ def _reconstructed_mesh(
     density = max(PUBLISHED_DENSITY * max(1.0, fineness), size.density or 0.0)
     threads = available_cores()
     dense, outward, *_ = reconstruct(
-        few, density, model, REACH if reach is None else reach, NEWTON_STEPS, threads
+        few, density, reconstruction, REACH if reach is None else reach, NEWTON_STEPS, threads
     )
     made = _sized(partial(mesh_of_dense, dense, outward, threads=threads), size, PROBE_RADIUS)
     return made, Surface(dense, outward)

@@ -36,7 +36,7 @@ from sparsurf.surfaces.formats.msms import Header, write_faces, write_vertices
 from sparsurf.surfaces.formats.ply import KIND_COLOURS, limits_of, viridis, write_ply
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.spheres import write_spheres
-from sparsurf.surfaces.surface import ARRAY_NAMES, Reconstruction, Surface
+from sparsurf.surfaces.surface import ARRAY_NAMES, RECONSTRUCTION_COLUMNS, Surface
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -107,7 +107,7 @@ class DotsToWrite:
         columns |= {name: values for name, values in self.surface.fields.items() if name not in columns}
         columns = {name: column for name, column in columns.items() if name not in POSITION_COLUMNS}
         if self.surface.reconstruction is not None:  # a PLY says it in its header
-            columns = {name: column for name, column in columns.items() if name not in Reconstruction._fields}
+            columns = {name: column for name, column in columns.items() if name not in RECONSTRUCTION_COLUMNS}
         columns = {name: columns[name] for name in sorted(columns, key=lambda name: name != "dot")}
         return {name: column for name, column in columns.items() if column.dtype.kind in "iuf"}
 

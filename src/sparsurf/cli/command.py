@@ -144,7 +144,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"sparsurf {command}: {error}", file=sys.stderr)
         return FAILED
     parser, options = build_parser(command)
-    args, unparsed = parser.parse_known_args(arguments)
+    with _warnings_to_stderr():  # of options that were renamed
+        args, unparsed = parser.parse_known_args(arguments)
     if unparsed:
         several = not any(word.startswith("-") for word in unparsed)
         advice = "one file at a time, the rest are options such as --trajectory; a study takes a folder"

@@ -5,7 +5,7 @@ import argparse
 from sparsurf import kinds
 from sparsurf.api import writing
 from sparsurf.api.minimal import SIZES, represented
-from sparsurf.arguments import DISTANCE_OR_INFINITE, Model
+from sparsurf.arguments import DISTANCE_OR_INFINITE, MODELS
 from sparsurf.cli import options, outputs
 from sparsurf.evaluation.minimal_subset import Representation
 from sparsurf.evaluation.statistics import reference_values
@@ -21,9 +21,9 @@ WIDE = 2.5  # ratio of the ends of an interval, of the number of dots, that call
 EXAMPLES = """\
 By default, the command keeps few dots from which the surface is reconstructed with a mean error of 0.02 Å and a 99 %
 error of 0.1 Å (see --error and --error-99). The error is the distance of independent dots of the whole surface from the surface
-that `sparsurf recover` reconstructs from the kept ones. If a number of dots is requested, it is that of `sparsurf recover --model
-interpolant`, and `sparsurf recover` alone may have a smaller one. For a file of dots, whose atoms are not known, it is the
-distance of the dots that are not kept.
+that `sparsurf recover` reconstructs from the kept ones. If a number of dots is requested, it is that of `sparsurf recover
+--reconstruction interpolant`, and `sparsurf recover` alone may have a smaller one. For a file of dots, whose atoms are not
+known, it is the distance of the dots that are not kept.
 
 Where an error of at most 0.12 Å is requested of a structure, the atoms are inferred from the kept dots (--sampler cover): 0.12 to
 0.15 dots per Å^2 are enough for the default, and about 0.2 if the molecule has explicit hydrogens. Such dots serve this
@@ -49,7 +49,7 @@ examples:
   sparsurf minimal protein.pdb -o minimal.pml
   sparsurf minimal protein.pdb --percent 10 -o minimal.html
   sparsurf minimal protein.pdb --error 0.05 -o minimal.csv
-  sparsurf minimal protein.pdb --sampler farthest --model interpolant -o few.csv
+  sparsurf minimal protein.pdb --sampler farthest --reconstruction interpolant -o few.csv
   sparsurf minimal dots.csv --max-z 1.0 -o minimal.npz
 """
 
@@ -88,7 +88,11 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     options.add_seed(parser, "seed of the random numbers, as in a study")
     options.add_fields(parser)
     options.add_d_link(parser)
-    options.add_molecule(parser, reconstructs=True)
+    meaning = (
+        f"how the surface is reconstructed where its error is measured: {', '.join(MODELS)} (default auto)"
+    )
+    options.add_reconstruction(parser, meaning)
+    options.add_molecule(parser)
     options.add_placement(parser)
 
 
@@ -99,8 +103,9 @@ def run(args: argparse.Namespace) -> None:
     options.say(f"choosing among {len(surface):,} dots")
     sizes = {name: getattr(args, name) for name in SIZES}
     surface = options.with_requested_fields(args, surface, molecule)
-    model: Model = getattr(args, "reconstruction", AUTO)
-    result = represented(surface, sizes, args.sampler, args.seed, args.d_link, model, args.error_99)
+    result = represented(
+        surface, sizes, args.sampler, args.seed, args.d_link, args.reconstruction, args.error_99
+    )
     few, message = result.subset, ""
     if outputs.is_reported(args):
         percent = 100 * len(few) / len(surface)
@@ -132,7 +137,7 @@ def run(args: argparse.Namespace) -> None:
 def _error(result: Representation) -> str:
     """Return the sentence on the error of the surface that is reconstructed from the subset."""
     trials, errors = result.trials, result.errors(available_cores()).iloc[0]
-    is_rebuilt = errors["model"] == SPHERES
+    is_rebuilt = errors["reconstruction"] == SPHERES
     surface = (
         "rebuilt on the atoms that these dots determine" if is_rebuilt else "interpolated between these dots"
     )

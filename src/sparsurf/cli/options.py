@@ -1,6 +1,7 @@
 """Options that several commands share, and the surfaces that they request."""
 
 import argparse
+import logging
 import math
 import re
 import shlex
@@ -15,6 +16,7 @@ from sparsurf import kinds, progress
 from sparsurf.api.about import About, heard
 from sparsurf.api.inputs import check_frame, is_file_of_spheres
 from sparsurf.arguments import (
+    AUTO,
     CAVITIES,
     D_LINK,
     DEFAULT_SEED,
@@ -43,6 +45,8 @@ from sparsurf.surfaces.radii import RADII
 from sparsurf.surfaces.read_surface import read_surface
 from sparsurf.surfaces.surface import Surface
 from sparsurf.threads import available_cores
+
+log = logging.getLogger("sparsurf")
 
 ATOM_OPTIONS = ("chains", "selection", "ligands", "model", "assembly", "assembly_name")
 STRUCTURE_OPTIONS = ("trajectory", "frame", *ATOM_OPTIONS, "residues")  # without a meaning for a file of dots
@@ -95,24 +99,29 @@ def add_output(parser: argparse.ArgumentParser, formats: Sequence[str]) -> None:
 
 
 class ModelOrNumber(StoreOnce):
-    """Take `--model` as how a surface is reconstructed, if it names that, and else as the number of a model of the file."""
+    """Take the number of a model of the file, and `--model spheres` of earlier versions as `--reconstruction spheres`."""
 
     def __call__(self, parser: Any, namespace: Any, values: Any, option_string: Any = None) -> None:
         if values in MODELS:
+            log.warning(
+                "write --reconstruction %s in place of --model %s, which version 7 will refuse.",
+                values,
+                values,
+            )
             self.store(parser, namespace, "reconstruction", values, option_string)
         elif re.fullmatch(r"-?\d+", values, re.ASCII):
             self.store(parser, namespace, "model", int(values), option_string)
         else:
-            message = (
-                f"{values!r} is neither the number of a model of the file nor one of {', '.join(MODELS)}"
-            )
-            parser.error(f"argument {option_string}: {message}")
+            parser.error(f"argument {option_string}: {values!r} is not the number of a model of the file")
 
 
-def add_molecule(
-    parser: argparse.ArgumentParser, reconstructs: bool = False, with_frame: bool = True
-) -> None:
-    """Add the options that choose atoms of a structure; if it `reconstructs`, `--model` also says by which model."""
+def add_reconstruction(parser: argparse.ArgumentParser, meaning: str) -> None:
+    """Add the option that says how a surface is reconstructed."""
+    parser.add_argument("--reconstruction", choices=MODELS, default=AUTO, help=meaning)
+
+
+def add_molecule(parser: argparse.ArgumentParser, *, with_frame: bool = True) -> None:
+    """Add the options that choose atoms of a structure."""
     atoms = parser.add_argument_group("atoms of a structure")
     meaning = f"trajectory whose frames belong to the structure ({TRAJECTORY_LABELS}, or a structure with several frames)"
     atoms.add_argument("--trajectory", help=meaning)
@@ -128,9 +137,8 @@ def add_molecule(
     atoms.add_argument("--ligands", help="residue names to include with the protein, such as HEM,ZN")
     several = atoms.add_mutually_exclusive_group()
     help_text = "number of the only model to read, as written in the file (default: all models, as frames)"
-    if reconstructs:
-        help_text += f"; or how the surface is reconstructed: {', '.join(MODELS)} (default auto)"
-        atoms.add_argument("--model", action=ModelOrNumber, metavar="MODEL", help=help_text)
+    if any(action.dest == "reconstruction" for action in parser._actions):
+        several.add_argument("--model", action=ModelOrNumber, metavar="NUMBER", help=help_text)
     else:
         several.add_argument("--model", type=int, metavar="NUMBER", help=help_text)
     help_text = "read the biological assembly: the copies that a file of one model declares, or all models as one molecule"

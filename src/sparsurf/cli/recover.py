@@ -20,7 +20,6 @@ from sparsurf.cli.descriptors import descriptor_table
 from sparsurf.errors import InputError
 from sparsurf.patches.index import D_LINK, R_ZERNIKE, build_index
 from sparsurf.recovery.interpolated_surface import REACH
-from sparsurf.recovery.reconstructing import AUTO
 from sparsurf.surfaces.read_surface import read_points, read_surface
 from sparsurf.surfaces.spacing import DENSITY, refuse_sparse
 from sparsurf.surfaces.surface import Surface
@@ -29,10 +28,10 @@ EXAMPLES = """\
 FILE contains a few dots with normals, such as minimal.csv, or the dots of any program. The result contains these dots first and
 then the new dots between them. Other columns of FILE, such as a potential, are interpolated.
 Every dot of a molecular surface lies on a sphere of known radius, and the atoms follow from few dots with their normals. Where
-dots lie on the inferred atoms, the surface is the one that a probe rolls over them, and elsewhere it is interpolated; --model
-interpolant never infers atoms: with it, 0.6 evenly spread dots per Å^2 give a mean error of about 0.02 Å, 99 % of the surface
-deviates by less than 0.11 Å, and the largest deviation is about 0.5 Å. FILE may name the probe radius, the atomic radii and the
-model; otherwise the dots tell them.
+dots lie on the inferred atoms, the surface is the one that a probe rolls over them, and elsewhere it is interpolated;
+--reconstruction interpolant never infers atoms: with it, 0.6 evenly spread dots per Å^2 give a mean error of about 0.02 Å, 99 %
+of the surface deviates by less than 0.11 Å, and the largest deviation is about 0.5 Å. FILE may name the probe radius, the
+atomic radii and the reconstruction; otherwise the dots tell them.
 --at writes, instead of dots, the descriptors (|c_nm|, as in `sparsurf descriptors`) of the patches of the dense surface around
 the given points.
 A .html file is a page, and a .png file a picture.
@@ -72,13 +71,13 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help=f"distance to which an interpolated surface extends around a dot, in units of the local spacing (default "
         f"{REACH:g}; 2 closes holes between unevenly spaced dots; larger values add dots where there is no surface)",
     )
-    parser.add_argument(
-        "--model",
-        dest="reconstruction",  # `model` is that of a file of several
-        choices=MODELS,
-        default=AUTO,
-        help="auto (default) uses the inferred atoms if they explain the dots, interpolant never does, and spheres "
+    options.add_reconstruction(
+        parser,
+        "auto (default) uses the inferred atoms if they explain the dots, interpolant never does, and spheres "
         "refuses dots that do not lie on spheres",
+    )
+    parser.add_argument(  # of earlier versions
+        "--model", action=options.ModelOrNumber, choices=MODELS, default=None, help=argparse.SUPPRESS
     )
     parser.add_argument(
         "--at",
@@ -112,7 +111,7 @@ def run(args: argparse.Namespace) -> None:
         outputs.report(args, f"{triangles.message} from {len(few):,} dots")
         return
     dense, share = recover_with_share(
-        few, density=args.density or DENSITY, reach=args.reach, model=args.reconstruction
+        few, density=args.density or DENSITY, reach=args.reach, reconstruction=args.reconstruction
     )
     if points_at is not None:
         _describe(args, dense, points_at)
@@ -129,7 +128,7 @@ def run(args: argparse.Namespace) -> None:
 def _mesh(args: argparse.Namespace, few: Surface) -> writing.DotsToWrite:
     """Return the triangles of the reconstructed surface."""
     size = mesh_size(args.n_vertices, args.density, args.step)
-    made = mesh_of_dots(few, size, model=args.reconstruction, reach=args.reach)
+    made = mesh_of_dots(few, size, reconstruction=args.reconstruction, reach=args.reach)
     return replace(writing.mesh_dots(made), coloured=args.colours, about=options.about(args))
 
 

@@ -1,6 +1,7 @@
 """One surface and the few dots that stand for it: the analysis of the study, of a batch, of functions and commands."""
 
 import logging
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
@@ -62,7 +63,7 @@ class Subset(Shown):
     interval : 95 % interval of the number of dots, if they are the fewest from which the surface can be recovered, and were not
         chosen by the sampler cover, whose number follows from the dots themselves
     sampler : str, how the dots were chosen
-    model : str, 'spheres' or 'interpolant', how the surface is reconstructed from them where their errors are measured
+    reconstruction : str, 'spheres' or 'interpolant', how the surface is reconstructed from them where their errors are measured
     decided_by : str, which error is nearest to its limit where an error was requested: 'mean', '99 % forth' or '99 % back'; or
         'fewest' (a surface is not reconstructed from fewer) or 'all'; empty for other requests
     measure_errors : function without arguments that measures how far the surface deviates from the reconstructed one
@@ -74,7 +75,7 @@ class Subset(Shown):
     molecule: Molecule | None = None
     interval: tuple[float, float] | None = None
     sampler: str = "farthest"
-    model: Model = INTERPOLANT
+    reconstruction: Model = INTERPOLANT
     decided_by: str = ""
     measure_errors: Callable[[], pd.DataFrame] | None = field(default=None, repr=False)
 
@@ -119,6 +120,16 @@ class Subset(Shown):
         if self.measure_errors is None:
             raise InputError("error: this subset has lost its surface; choose it with minimal().")
         return float(self.measure_errors()["mean"].iloc[0])
+
+    @property
+    def model(self) -> str:
+        """The old name of `reconstruction`."""
+        warnings.warn(
+            "Subset.model: write .reconstruction in its place, since version 7 will not have it.",
+            DeprecationWarning,
+            stacklevel=2,
+        )
+        return self.reconstruction
 
     def to_frame(self) -> pd.DataFrame:
         """Return `table`, like `to_frame` of a Surface."""
@@ -185,7 +196,7 @@ class Representation:
         of_subset |= recovered_z(prepared, back.comparable, self.trials.tests)
         errors.loc[0, list(of_subset)] = list(of_subset.values())
         about = {"measured_on": NOT_KEPT if test is None else INDEPENDENT}
-        about |= {"sampler": few.sampler, "model": back.model, "decided_by": few.decided_by}
+        about |= {"sampler": few.sampler, "reconstruction": back.model, "decided_by": few.decided_by}
         return errors.assign(**about)
 
     def errors_of_fields(self) -> pd.DataFrame:
@@ -229,7 +240,7 @@ def represent(
     sampler: str = request.sampler
     if sampler == AUTO:
         # The interpolant needs more dots that touch every atom than evenly spread ones
-        by_spheres = request.model != INTERPOLANT and atoms is not None
+        by_spheres = request.reconstruction != INTERPOLANT and atoms is not None
         sampler = COVER if request.error is not None and by_spheres else FARTHEST
     trials, interval = Trials(prepared, sampler, n_tests, choices, _model(request, sampler), atoms), None
     decided_by = ""
@@ -248,9 +259,9 @@ def represent(
     )
     determines_atoms = trials.model != INTERPOLANT and len(dots) >= MIN_DOTS
     if atoms is not None:
-        model = SPHERES if trials.model == SPHERES and determines_atoms else request.model
+        model = SPHERES if trials.model == SPHERES and determines_atoms else request.reconstruction
         kept = replace(kept, reconstruction=atoms.reconstruction(model))
-    if request.model == SPHERES:  # refuse dots that do not lie on spheres
+    if request.reconstruction == SPHERES:  # refuse dots that do not lie on spheres
         reconstruct(kept, model=SPHERES, threads=threads)
     model = SPHERES if determines_atoms else INTERPOLANT
     few = Subset(dots, weight, kept, molecule, interval, trials.sampler, model, decided_by)
@@ -267,7 +278,13 @@ def _atoms_of_all(surface: Surface, molecule: Molecule | None) -> SurfaceOrigin 
 
 def _model(request: Minimal, sampler: str) -> Model:
     """Return the model by which errors are measured: with the sampler cover the spheres, with others the interpolant."""
-    return request.model if request.model != AUTO else SPHERES if sampler == COVER else INTERPOLANT
+    return (
+        request.reconstruction
+        if request.reconstruction != AUTO
+        else SPHERES
+        if sampler == COVER
+        else INTERPOLANT
+    )
 
 
 def _smallest(trials: Trials, request: Minimal, hydrogens: bool, choices: Choices) -> tuple[Trials, Found]:
@@ -286,7 +303,7 @@ def _smallest(trials: Trials, request: Minimal, hydrogens: bool, choices: Choice
             "%s: dots that touch every atom do not determine their spheres here; evenly spread dots were chosen in place of "
             "those of the sampler %s.", name, COVER,
         )  # fmt: skip
-    model: Model = INTERPOLANT if request.model == AUTO else AUTO
+    model: Model = INTERPOLANT if request.reconstruction == AUTO else AUTO
     spread = Trials(trials.prepared, FARTHEST, len(trials.tests), choices, model, trials.atoms)
     return spread, smallest_subset_of_error(spread, error, hydrogens, error_99)
 

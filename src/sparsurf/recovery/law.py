@@ -44,7 +44,7 @@ ROUNDING_OF_DENSITY = 1e-9  # relative, of a density from `density_for`
 # Å, for which dots that touch every exposed atom were measured: few more than that touch each twice
 LARGEST_REQUEST = 0.05
 MeasuredSampler = Literal["farthest", "cover"]
-# By sampler, model, and whether the molecules have explicit hydrogens: evidence/tables/spheres_means.csv, in three digits
+# By sampler, reconstruction, and whether the molecules have hydrogens: evidence/tables/spheres_means.csv, in three digits
 MEASURED: dict[tuple[str, Model, bool], Measured] = {
     (FARTHEST, INTERPOLANT, False): Measured(
         (0.15, 0.25, 0.3, 0.4, 0.6, 1.2, 2.4),
@@ -84,9 +84,13 @@ def start_density(error: float, hydrogens: bool) -> float:
     return (START_WITH_HYDROGENS if hydrogens else START_OF_HEAVY_ATOMS) / error
 
 
-@public()
+@public(renamed={"model": "reconstruction"})
 def density_for(
-    error: float, *, hydrogens: bool = False, sampler: MeasuredSampler = FARTHEST, model: Model = AUTO
+    error: float,
+    *,
+    hydrogens: bool = False,
+    sampler: MeasuredSampler = FARTHEST,
+    reconstruction: Model = AUTO,
 ) -> float:
     """Return the density of kept dots from which a surface is reconstructed with a given mean error.
 
@@ -99,7 +103,7 @@ def density_for(
         Whether the molecule has explicit hydrogens (default False). They need more dots.
     sampler : {'farthest', 'cover'}
         How the dots are chosen, as in `minimal` (default 'farthest', evenly spread dots).
-    model : {'auto', 'interpolant', 'spheres'}
+    reconstruction : {'auto', 'interpolant', 'spheres'}
         How the surface is reconstructed; 'auto' (default) is 'spheres' with the sampler 'cover', and 'interpolant' with
         'farthest', as in `minimal`. 'spheres' is what `recover` does by default.
 
@@ -111,7 +115,8 @@ def density_for(
     Raises
     ------
     InputError
-        The error lies outside of the measured range, which the message says, or the sampler or model was not measured.
+        The error lies outside of the measured range, which the message says, or nobody measured it for this
+        sampler and reconstruction.
 
     Notes
     -----
@@ -120,12 +125,12 @@ def density_for(
     Examples
     --------
     >>> import sparsurf
-    >>> ways = {}, {"model": "spheres"}, {"sampler": "cover"}
+    >>> ways = {}, {"reconstruction": "spheres"}, {"sampler": "cover"}
     >>> [round(sparsurf.density_for(0.02, **way), 2) for way in ways]
     [0.54, 0.18, 0.13]
     """
     error = DISTANCE.check(error, "error")
-    law = _law(hydrogens, sampler, model)
+    law = _law(hydrogens, sampler, reconstruction)
     largest, smallest = law.mean[0], law.mean[-1]
     if sampler == COVER:
         largest, smallest = (max(pair[0], pair[1] / TAIL_PER_ERROR) for pair in zip(*_ends(law), strict=True))
@@ -133,7 +138,7 @@ def density_for(
     if not smallest <= error <= largest:
         raise InputError(
             f"error is {error:g}; the densities for errors of {smallest:.2g} to {largest:.2g} Å were "
-            f"measured{_of(sampler, model)}. `minimal` measures other errors on a surface."
+            f"measured{_of(sampler, reconstruction)}. `minimal` measures other errors on a surface."
         )
     density = _at(law.mean, law.density, error)
     return (
@@ -141,9 +146,13 @@ def density_for(
     )
 
 
-@public()
+@public(renamed={"model": "reconstruction"})
 def error_at(
-    density: float, *, hydrogens: bool = False, sampler: MeasuredSampler = FARTHEST, model: Model = AUTO
+    density: float,
+    *,
+    hydrogens: bool = False,
+    sampler: MeasuredSampler = FARTHEST,
+    reconstruction: Model = AUTO,
 ) -> tuple[float, float]:
     """Return the error of a surface that is reconstructed from kept dots of a given density.
 
@@ -153,7 +162,7 @@ def error_at(
         Kept dots per Å^2.
     hydrogens : bool
         Whether the molecule has explicit hydrogens (default False).
-    sampler, model : str
+    sampler, reconstruction : str
         As in `density_for`.
 
     Returns
@@ -166,7 +175,8 @@ def error_at(
     Raises
     ------
     InputError
-        The density lies outside of the measured range, which the message says, or the sampler or model was not measured.
+        The density lies outside of the measured range, which the message says, or nobody measured it for this
+        sampler and reconstruction.
 
     Notes
     -----
@@ -180,7 +190,7 @@ def error_at(
     0.02
     """
     density = DENSITY_LIMITS.check(density, "density")
-    law = _law(hydrogens, sampler, model)
+    law = _law(hydrogens, sampler, reconstruction)
     if (
         not law.density[0] * (1 - ROUNDING_OF_DENSITY)
         <= density
@@ -188,23 +198,23 @@ def error_at(
     ):
         raise InputError(
             f"density is {density:g}; errors were measured at {law.density[0]:.2g} to {law.density[-1]:.2g} dots per Å^2"
-            f"{_of(sampler, model)}. `minimal` measures the error of other subsets."
+            f"{_of(sampler, reconstruction)}. `minimal` measures the error of other subsets."
         )
     return _at(law.density, law.mean, density), _at(law.density, law.high_99, density)
 
 
-def _law(hydrogens: bool, sampler: str, model: Model) -> Measured:
-    """Return the measurements of a sampler and a model; raise InputError if there are none."""
+def _law(hydrogens: bool, sampler: str, reconstruction: Model) -> Measured:
+    """Return the measurements of a sampler and a reconstruction; raise InputError if there are none."""
     check_flag(hydrogens, "hydrogens")
     check_choice(sampler, get_args(MeasuredSampler), "sampler")
-    check_choice(model, MODELS, "model")
-    if model == AUTO:
-        model = SPHERES if sampler == COVER else INTERPOLANT
-    if (sampler, model, bool(hydrogens)) not in MEASURED:
+    check_choice(reconstruction, MODELS, "reconstruction")
+    if reconstruction == AUTO:
+        reconstruction = SPHERES if sampler == COVER else INTERPOLANT
+    if (sampler, reconstruction, bool(hydrogens)) not in MEASURED:
         raise InputError(
-            f"the sampler {sampler!r} chooses dots for the model 'spheres', not for {model!r}; leave out the model."
+            f"the sampler {sampler!r} chooses dots for the reconstruction 'spheres', not for {reconstruction!r}; leave it out."
         )
-    return MEASURED[sampler, model, bool(hydrogens)]
+    return MEASURED[sampler, reconstruction, bool(hydrogens)]
 
 
 def _ends(law: Measured) -> tuple[tuple[float, float], tuple[float, float]]:
@@ -212,9 +222,10 @@ def _ends(law: Measured) -> tuple[tuple[float, float], tuple[float, float]]:
     return (law.mean[0], law.mean[-1]), (law.high_99[0], law.high_99[-1])
 
 
-def _of(sampler: str, model: Model) -> str:
+def _of(sampler: str, reconstruction: Model) -> str:
     """Return for which dots something was measured, unless these are the default."""
-    return "" if (sampler, model) == (FARTHEST, AUTO) else f" with sampler={sampler!r} and model={model!r}"
+    is_default = (sampler, reconstruction) == (FARTHEST, AUTO)
+    return "" if is_default else f" with sampler={sampler!r} and reconstruction={reconstruction!r}"
 
 
 def _at(x: tuple[float, ...], y: tuple[float, ...], value: float) -> float:

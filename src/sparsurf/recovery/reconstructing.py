@@ -90,13 +90,13 @@ def reconstruct_at(
         if len(few) < MIN_DOTS:
             reason = f"there are {len(few)}, and atoms follow from at least {MIN_DOTS}"
         raise InputError(
-            f"recover: the model 'spheres' does not suit these dots: {reason}; leave out the model, or give 'interpolant'."
+            f"recover: the reconstruction 'spheres' does not suit these dots: {reason}; leave it out, or give 'interpolant'."
         )
     if origin is not None and origin.model == SPHERES and found.share < MIN_SHARE:
         log.warning(
             "recover: only %.0f %% of the dots lie on spheres of atoms that follow from them with their probe of %g Å and "
             "their radii '%s'; the rest is interpolated, with a larger error. If their file names these wrongly, "
-            "remove its columns probe_radius, radii and model, so that both are inferred.",
+            "remove its columns probe_radius, radii and reconstruction, so that both are inferred.",
             100 * found.share, origin.probe_radius, origin.radii,
         )  # fmt: skip
     return rebuilt

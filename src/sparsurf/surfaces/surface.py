@@ -54,10 +54,12 @@ ARRAY_NAMES = tuple(ARRAY_TYPES)
 # Columns of the files of this program and of others that are not fields
 RESERVED_COLUMNS = frozenset(
     ["x", "y", "z", "nx", "ny", "nz", "area", "kind", "dot", "weight", "spacing", "reach", "kept", "index", "id", "frame",
-     "chain", "residue", "residue_name", "atom_name", "atom", "probe_radius", "radii", "model",
+     "chain", "residue", "residue_name", "atom_name", "atom", "probe_radius", "radii", "reconstruction", "model",
      "red", "green", "blue", "alpha"]
 )  # fmt: skip
 FORBIDDEN_FIELDS = frozenset(["points", "normals", "self", "file", "allow_pickle"])  # names of arguments
+# Of these, how the surface is reconstructed; files of versions before 6 have `model` in place of `reconstruction`
+RECONSTRUCTION_COLUMNS = ("probe_radius", "radii", "reconstruction", "model")
 MAX_DOT_COORDINATE = 2e6  # Å; atoms lie within half of it, damaged numbers do not
 MAX_ATOM = np.iinfo(np.int32).max
 MAX_AREA = 1.3e5  # Å^2 of one dot: the whole of the largest sphere (100 Å)
@@ -90,10 +92,10 @@ class Reconstruction(NamedTuple):
 
     @classmethod
     def of_columns(cls, columns: Mapping[str, Any]) -> Reconstruction | None:
-        """Return what a file says by its columns of these names, which hold one value each; None if it says nothing."""
-        values = [
-            columns[name][0] if name in columns and len(columns[name]) else None for name in cls._fields
-        ]
+        """Return what a file says by these columns, which hold one value each; None if it says nothing."""
+        *names, old = RECONSTRUCTION_COLUMNS
+        names = names if names[-1] in columns else [*names[:-1], old]
+        values = [columns[name][0] if name in columns and len(columns[name]) else None for name in names]
         probe, radii, model = (None if value != value else value for value in values)
         number = isinstance(probe, float | int | np.number) and PROBE.allow(float(probe))
         if not number or model not in MODELS or radii not in (None, "", *RADII_TABLES):
@@ -108,7 +110,7 @@ class Reconstruction(NamedTuple):
     @property
     def columns(self) -> dict[str, float | str]:
         """The same as columns of a table, blank where a value is not known."""
-        return {name: "" if value is None else value for name, value in self._asdict().items()}
+        return {"probe_radius": self.probe_radius, "radii": self.radii or "", "reconstruction": self.model}
 
 
 @dataclass(frozen=True, eq=False)

@@ -95,7 +95,7 @@ CALLS = [
         "error": NOT_PERCENT | {"error": 0.05}, "max_z": NOT_PERCENT | {"max_z": 1.5}, "sampler": "uniform", **SEED}),
     ("minimal", lambda g, **k: sparsurf.minimal(g.pdb, **k), {"percent": 10}, {"d_link": 0.3}),
     ("minimal", lambda g, **k: sparsurf.minimal(g.dots, **k), {"error": 0.05}, {
-        "error_99": 0.06, "model": "interpolant"}),
+        "error_99": 0.06, "reconstruction": "interpolant"}),
     ("prepare", lambda g, **k: sparsurf.prepare(g.dots, **k), {}, {
         "r_patch": 3.0, "r_zernike": 5.0, "d_link": 0.7, "descriptor": "rotation_robust", **SEED}),
     ("sample", lambda g, **k: sparsurf.sample(g.ready, **k), {"percent": 10}, {
@@ -107,7 +107,7 @@ CALLS = [
     ("descriptors", lambda g, **k: sparsurf.descriptors(g.dots, **k), {"at": [0, 90]}, {
         "at": [0, 91], "r_zernike": 5.0, "up": False, "d_link": 0.7, "descriptor": "rotation_robust"}),
     ("recover", lambda g, **k: sparsurf.recover(g.few, **k), {}, {"density": 9.0}),
-    ("recover", lambda g, **k: sparsurf.recover(g.few, **k), {"model": "interpolant"}, {"reach": 1.3, "steps": 1}),
+    ("recover", lambda g, **k: sparsurf.recover(g.few, **k), {"reconstruction": "interpolant"}, {"reach": 1.3, "steps": 1}),
     ("floors", lambda g, **k: sparsurf.floors(g.dots, **k), {}, {"d_link": 0.7, **SEED}),
     ("fields", lambda g, **k: sparsurf.fields(g.dots, **k), {"names": "hydropathy"}, {"names": "potential"}),
     ("fields", lambda g, **k: sparsurf.fields(g.frames, around(g.frames), **k), {"names": "potential"}, {"frame": 1}),
@@ -126,9 +126,9 @@ CALLS = [
     ("write", lambda g, **k: written(g, sparsurf.points(g.pdb, 40, fields="hydropathy"), **k), {}, {
         "names": {"hydropathy": "hphob"}}),
     ("density_for", lambda g, **k: sparsurf.density_for(**k), {"error": 0.02}, {
-        "error": 0.03, "hydrogens": True, "model": "spheres", "sampler": "cover"}),
+        "error": 0.03, "hydrogens": True, "reconstruction": "spheres", "sampler": "cover"}),
     ("error_at", lambda g, **k: sparsurf.error_at(**k), {"density": 0.6}, {
-        "density": 0.7, "hydrogens": True, "model": "spheres"}),
+        "density": 0.7, "hydrogens": True, "reconstruction": "spheres"}),
 ]  # fmt: skip
 # Arguments that take the object itself, and those that other tests hold
 OBJECTS = {"surface", "molecule", "folder", "few", "dots", "source", "path", "result"}

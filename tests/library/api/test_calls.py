@@ -317,7 +317,7 @@ def test_dots_know_their_molecule():
     assert len(sparsurf.surface(molecule, d_link=0.3)) > 1.5 * len(dots)
     few, default = sparsurf.minimal(dots, percent=10), sparsurf.minimal(molecule, percent=10)
     assert few.surface.origin is dots.origin and len(default) != len(few) == round(len(dots) / 10)
-    assert sparsurf.residues(dots).equals(sparsurf.residues(dots, molecule))
+    assert sparsurf.residues(dots).equals(sparsurf.residues(molecule, dots))
     names = ["hydropathy"]
     assert sparsurf.fields(dots, names).equals(sparsurf.fields(molecule, dots, names))
     assert sparsurf.fields(dots, names=names).equals(sparsurf.fields(molecule, dots, names))
@@ -342,7 +342,7 @@ def test_dots_of_other_atoms_are_refused(tmp_path):
     bare = whole.select(hydrogens="remove")
     moved, dots = replace(bare, xyz=bare.xyz + 1.0), sparsurf.surface(bare)
     for others, name, call in (
-        ([whole, more], "residues", lambda own: sparsurf.residues(dots, own)),
+        ([whole, more], "residues", lambda own: sparsurf.residues(own, dots)),
         ([whole, more, moved], "components", lambda own: sparsurf.components(own, dots)),
         ([whole, more, moved], "write", lambda own: sparsurf.write(dots, tmp_path / "x.dms", molecule=own)),
         ([moved], "fields", lambda own: sparsurf.fields(own, dots, ["hydropathy"])),
@@ -350,7 +350,7 @@ def test_dots_of_other_atoms_are_refused(tmp_path):
         for own in others:
             with pytest.raises(InputError, match=f"^{name}: the dots were placed on other atoms"):
                 call(own)
-    assert sparsurf.residues(dots, moved).equals(sparsurf.residues(dots))  # which asks for names only
+    assert sparsurf.residues(moved, dots).equals(sparsurf.residues(dots))  # which asks for names only
     for own in (whole, more, bare):
         assert len(sparsurf.fields(own, dots, ["hydropathy"])) == len(dots)
     assert not (tmp_path / "x.dms").exists()

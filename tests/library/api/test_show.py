@@ -325,7 +325,7 @@ def test_every_page_and_table_of_a_subset_has_the_roughness_of_the_whole_surface
     assert (sparsurf.roughness(few) == true[few.dots]).all()
     for of_few, least in (
         (sparsurf.residues(few), 1),
-        (sparsurf.residues(folder / "few.npz", TDP43), 0.85),  # reconstructed
+        (sparsurf.residues(TDP43, folder / "few.npz"), 0.85),  # reconstructed
     ):
         known = of_few["mean_roughness"].notna() & table["mean_roughness"].notna()
         pair = of_few["mean_roughness"][known], table["mean_roughness"][known]

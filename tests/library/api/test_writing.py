@@ -167,7 +167,7 @@ def test_points_and_normals_are_enough_for_an_npz(molecule, tmp_path):
         assert again.fields["R"] == pytest.approx(few.fields["roughness"], rel=1e-5)
     residues = sparsurf.residues(few)
     again = sparsurf.read_surface(tmp_path / "few.npz")
-    table = sparsurf.residues(again, molecule, roughness_values=again.fields["R"])
+    table = sparsurf.residues(molecule, again, roughness_values=again.fields["R"])
     assert table["area"].to_numpy() == pytest.approx(residues["area"].to_numpy(), rel=1e-5)
 
 

@@ -433,7 +433,10 @@ def test_each_command_reports_what_it_wrote(folder, tmp_path, monkeypatch, capfd
     dots, few = sparsurf.surface("protein.pdb"), sparsurf.read_surface("minimal.csv")
     part = dots[np.isin(dots.to_frame()["residue"], ["211", "212"])]
     mesh, recovered = sparsurf.mesh("protein.pdb"), sparsurf.mesh("minimal.csv")
-    smallest, interpolated = sparsurf.minimal(dots), sparsurf.minimal(dots, error=0.2, model="interpolant")
+    smallest, interpolated = (
+        sparsurf.minimal(dots),
+        sparsurf.minimal(dots, error=0.2, reconstruction="interpolant"),
+    )
     low, high = (number(100 * end / len(dots), 1) for end in interpolated.interval)
     volume = sparsurf.components(dots)[1]["volume"].sum()
     dense, share = sparsurf.recover(few), reconstruct(few).share
@@ -461,7 +464,7 @@ def test_each_command_reports_what_it_wrote(folder, tmp_path, monkeypatch, capfd
         f"{per_area(round(len(dots) / 20))} per Å^2), chosen by farthest point",
         "minimal protein.pdb": f"{len(smallest)} of {len(dots):,} dots ({number(100 * len(smallest) / len(dots), 1)} %; "
         f"{per_area(len(smallest))} per Å^2), determining the atoms",
-        "minimal protein.pdb --model interpolant --error 0.2": f"{len(interpolated)} of {len(dots):,} dots "
+        "minimal protein.pdb --reconstruction interpolant --error 0.2": f"{len(interpolated)} of {len(dots):,} dots "
         f"({number(100 * len(interpolated) / len(dots), 1)} %; 95 % interval {low} to {high} %; "
         f"{per_area(len(interpolated))} per Å^2), chosen by farthest point",
         "minimal protein.pdb --error 1e-9": f"{len(dots):,} of {len(dots):,} dots (100 %; {per_area(len(dots))} per Å^2), "
@@ -528,8 +531,8 @@ MISTAKES = [  # one of each kind: the command, its exit code, and what its sente
     ("residues dots.csv -o x.csv", 1, "dots.csv holds dots, which have no residues"),
     ("surface protein.pdb --fields , -o x.csv", 1, "--fields contains no name"),
     ("surface protein.pdb --ligands= -o x.csv", 1, "--ligands contains no name"),
-    ("minimal protein.pdb --model=--3 -o x.csv", 2, "'--3' is neither the number of a model of the file nor one of"),
-    ("minimal protein.pdb --model=\N{SUPERSCRIPT TWO} -o x.csv", 2, "is neither the number of a model"),
+    ("minimal protein.pdb --model=--3 -o x.csv", 2, "'--3' is not the number of a model of the file"),
+    ("minimal protein.pdb --model=\N{SUPERSCRIPT TWO} -o x.csv", 2, "is not the number of a model"),
     ("minimal protein.pdb --model 7 --model 5 -o x.csv", 2, "--model is given twice; give it once"),
     ("surface protein.pdb b.pdb -o x.csv", 2, "a study takes a folder). See sparsurf surface --help."),
     ("surface protein.pdb --fields potential -o x.dms", 1, "--fields: .dms"),

@@ -74,17 +74,17 @@ OPTIONS = {
      "--density 0.6": {"density": 0.6}, "--error 0.1": {"error": 0.1}, "--max-z 1.5": {"max_z": 1.5},
      "--sampler uniform": {"sampler": "uniform"}, "--seed 2": {"seed": 2},
      "--error 0.1 --error-99 0.12": {"error": 0.1, "error_99": 0.12},
-     "--error 0.1 --sampler cover --model interpolant":
-     {"error": 0.1, "sampler": "cover", "model": "interpolant"}},
+     "--error 0.1 --sampler cover --reconstruction interpolant":
+     {"error": 0.1, "sampler": "cover", "reconstruction": "interpolant"}},
     "points": {"": {}, **OF_ATOMS, **PLACED, "--n-dots 50": {"n_dots": 50}, "--density 0.5": {"density": 0.5},
      "--seed 3": {"seed": 3}, "--fields roughness": {"fields": "roughness"},
      "--selection all --cavities keep": {"selection": "all", "cavities": "keep"}},
     "recover": {"": {}, "--density 9": {"density": 9}, "--at few.csv": {"at": "few.csv"},
-     "--model interpolant": {"model": "interpolant"},
-     "--model interpolant --reach 1.2": {"model": "interpolant", "reach": 1.2}, "--mesh": {"mesh": True},
+     "--reconstruction interpolant": {"reconstruction": "interpolant"},
+     "--reconstruction interpolant --reach 1.2": {"reconstruction": "interpolant", "reach": 1.2}, "--mesh": {"mesh": True},
      "--mesh --density 3": {"mesh": True, "density": 3}, "--mesh --step 0.4": {"mesh": True, "step": 0.4},
      "--mesh --n-vertices 400": {"mesh": True, "n_vertices": 400},
-     "--mesh --model interpolant --reach 2.5": {"mesh": True, "model": "interpolant", "reach": 2.5},
+     "--mesh --reconstruction interpolant --reach 2.5": {"mesh": True, "reconstruction": "interpolant", "reach": 2.5},
      "--mesh --colours": {"mesh": True, "colours": True}},
     "show": {"": {}, **OF_ATOMS, **PLACED, **CAGED, "--trajectory run.xtc --rank area": {"trajectory": "run.xtc",
      "rank": "area"}},
@@ -98,7 +98,7 @@ FILES = {  # in which an option has an effect
     "--assembly": "apart.pdb",
     "--trajectory": "one.pdb",
     "--cavities": "cage.pdb",
-    "--model interpolant": "touched.csv",
+    "--reconstruction interpolant": "touched.csv",
 }
 ELSEWHERE = {"--help", "--output", "--jobs", "--rank-by"}  # test_command.py, and test_frames.py
 ALWAYS = {"--no-open"}  # no browser in a test
@@ -110,9 +110,9 @@ INSTEAD = {
 BASES = {  # what an option is compared with, where that is not the command without options
     "--selection all --": "--selection all",
     "--mesh --selection all": "--mesh --selection all",
-    "--mesh --model interpolant --": "--mesh --model interpolant",
+    "--mesh --reconstruction interpolant --": "--mesh --reconstruction interpolant",
     "--mesh ": "--mesh",
-    "--model interpolant --": "--model interpolant",
+    "--reconstruction interpolant --": "--reconstruction interpolant",
     "--trajectory run.xtc --frame": "--trajectory run.xtc",
     "--trajectory run.xtc --rank": "--trajectory run.xtc",
     "--error 0.1 --sampler cover --": "--error 0.1 --sampler cover",
@@ -235,22 +235,20 @@ def descriptors(file, keys, out):
 def minimal(file, keys, out):
     sizes = some(keys, "n_dots", "density", "error", "error_99", "max_z")
     sizes = sizes or some(keys, "percent")
-    model = {} if keys.get("model") != "interpolant" else {"model": keys.pop("model")}
-    few = sparsurf.minimal(
-        dots_of(file, keys, "d_link", *RULES), **sizes, **model, **some(keys, "sampler", "seed", "d_link")
-    )
+    ways = some(keys, "sampler", "seed", "d_link", "reconstruction")
+    few = sparsurf.minimal(dots_of(file, keys, "d_link", *RULES), **sizes, **ways)
     sparsurf.write(few, out / "own.csv")
     return read(out / "own.csv")
 
 
 def recover(file, keys, out):
     if "reach" in keys and "mesh" in keys:  # for which `mesh` has no argument
-        made = mesh_of_dots(sparsurf.read_surface(file), mesh_size(), **some(keys, "model", "reach"))
+        made = mesh_of_dots(sparsurf.read_surface(file), mesh_size(), **some(keys, "reconstruction", "reach"))
         sparsurf.write(made, out / "own.ply")
         return read(out / "own.ply")
     if "mesh" in keys:
         return mesh_of(file, keys, out)
-    dense = sparsurf.recover(file, **some(keys, "density", "reach", "model"))
+    dense = sparsurf.recover(file, **some(keys, "density", "reach", "reconstruction"))
     if "at" not in keys:
         return dense.to_frame()[["x", "y", "z", "nx", "ny", "nz", "height"]]
     points = pd.read_csv(keys["at"])[["x", "y", "z"]].to_numpy()

@@ -25,14 +25,16 @@ def test_the_law_and_its_inverse():
     for hydrogens, sampler, model in itertools.product(
         (False, True), ("farthest", "cover"), ("auto", "spheres")
     ):
-        how = {"hydrogens": hydrogens, "sampler": sampler, "model": model}
+        how = {"hydrogens": hydrogens, "sampler": sampler, "reconstruction": model}
         for error in (0.0075, 0.02):
             mean, high_99 = sparsurf.error_at(sparsurf.density_for(error, **how), **how)
             if sampler == "farthest":
                 assert mean == pytest.approx(error) and 2 < high_99 / mean < 20
             else:  # both bounds are met, and that of 99 % decides
                 assert mean < error and high_99 == pytest.approx(5 * error)
-    lines = [sparsurf.density_for(0.02, **how) for how in ({}, {"model": "spheres"}, {"sampler": "cover"})]
+    lines = [
+        sparsurf.density_for(0.02, **how) for how in ({}, {"reconstruction": "spheres"}, {"sampler": "cover"})
+    ]
     assert lines == sorted(lines, reverse=True) and lines[0] > 2 * lines[1]
     assert sparsurf.density_for(0.02, hydrogens=True) > lines[0]
     for call, words in (
@@ -42,7 +44,10 @@ def test_the_law_and_its_inverse():
         (lambda: sparsurf.error_at(5), "errors were measured at 0.15 to 2.4 dots"),
         (lambda: sparsurf.error_at(0.5, sampler="cover"), "sampler='cover'"),
         (lambda: sparsurf.density_for(0.02, sampler="uniform"), "sampler is 'uniform'"),
-        (lambda: sparsurf.density_for(0.02, sampler="cover", model="interpolant"), "for the model 'spheres'"),
+        (
+            lambda: sparsurf.density_for(0.02, sampler="cover", reconstruction="interpolant"),
+            "for the reconstruction 'spheres'",
+        ),
     ):
         with pytest.raises(InputError, match=words):
             call()

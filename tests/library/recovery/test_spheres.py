@@ -60,7 +60,7 @@ def test_nothing_is_invented_between_dots():
     molecule = sparsurf.read_molecule(ROOT / "data/tdp43/topology.pdb", selection="residue 209 to 216")
     few, fresh = sparsurf.minimal(molecule).surface, sparsurf.surface(molecule, density=8.0)
     for model, least, most in (("spheres", 0.0, 0.1), ("interpolant", 0.4, np.inf)):
-        dense = sparsurf.recover(few, model=model)
+        dense = sparsurf.recover(few, reconstruction=model)
         back = distance_to_surface(dense.points, fresh.points, fresh.normals)
         assert least < np.quantile(back, 0.99) < most
 
@@ -184,8 +184,8 @@ def test_dots_that_do_not_lie_on_spheres_are_interpolated_to_the_byte(change):
     assert found.share == 0
     for value, expected in zip(found[:2], interpolate_surface(points, normals), strict=True):
         assert value.tobytes() == expected.tobytes()
-    with pytest.raises(InputError, match="model 'spheres' does not suit"):
-        sparsurf.recover(sparsurf.Surface(points, normals), model="spheres")
+    with pytest.raises(InputError, match="reconstruction 'spheres' does not suit"):
+        sparsurf.recover(sparsurf.Surface(points, normals), reconstruction="spheres")
 
 
 def test_bytes_do_not_depend_on_threads():
@@ -297,7 +297,7 @@ def test_recover_returns_as_many_dots_as_are_asked_for_with_their_areas():
         assert (dense.area > 0).all() and dense.area.sum() == pytest.approx(whole.area.sum(), rel=0.003)
     off = exact_distance(dense.points, roll_spheres(protein().xyz[0], radii_of(protein(), "dms"), 1.4))
     assert np.quantile(np.abs(off), 0.99) < 0.1  # the bound of `minimal`
-    interpolated = sparsurf.recover(few, model="interpolant")
+    interpolated = sparsurf.recover(few, reconstruction="interpolant")
     assert (
         interpolated.area.sum() == pytest.approx(whole.area.sum(), rel=0.08) and (interpolated.area > 0).all()
     )
@@ -306,15 +306,17 @@ def test_recover_returns_as_many_dots_as_are_asked_for_with_their_areas():
 def test_the_models_of_recover():
     _, _, points, normals, _ = atoms_and_dots()
     dots = sparsurf.Surface(points, normals)
-    auto, spheres, interpolant = (sparsurf.recover(dots, model=m) for m in ("auto", "spheres", "interpolant"))
+    auto, spheres, interpolant = (
+        sparsurf.recover(dots, reconstruction=m) for m in ("auto", "spheres", "interpolant")
+    )
     assert auto.points.tobytes() == spheres.points.tobytes()
     assert (
         interpolant.points.tobytes()
         == interpolate_surface(points, normals)[0].tobytes()
         != auto.points.tobytes()
     )
-    with pytest.raises(InputError, match="model"):
-        sparsurf.recover(dots, model="atoms")
+    with pytest.raises(InputError, match="reconstruction"):
+        sparsurf.recover(dots, reconstruction="atoms")
 
 
 @pytest.mark.parametrize("wrong", [{"radii": "x"}, {"radii": 1.5}, {"radii": []}, {"probe_radius": -1}])

@@ -99,7 +99,7 @@ def test_predicted_errors_are_those_of_the_reconstructed_surface(dots):
 
 
 def test_the_default_keeps_few_dots_and_bounds_both_errors(dots, fresh, few):
-    assert (few.sampler, few.model) == ("cover", "spheres")
+    assert (few.sampler, few.reconstruction) == ("cover", "spheres")
     assert few.surface.reconstruction == Reconstruction(1.4, "dms", "spheres")
     assert len(few) < 0.23 * dots.area.sum()
     mean, high_99 = errors(fresh, sparsurf.recover(few, density=30))
@@ -184,21 +184,21 @@ def test_the_error_that_is_nearest_to_its_limit_decides(measured, decided_by):
 def test_dots_that_are_too_few_for_atoms_say_that_they_are_interpolated(dots, fresh):
     """The atoms of fewer than 100 dots are not inferred, whatever sampler chose them."""
     few = sparsurf.minimal(dots, error=5)
-    assert len(few) < 100 and (few.model, few.decided_by) == ("interpolant", "fewest")
-    assert few.measure_errors()["model"].eq("interpolant").all()
-    dense = sparsurf.recover(few, density=20, model="interpolant")
+    assert len(few) < 100 and (few.reconstruction, few.decided_by) == ("interpolant", "fewest")
+    assert few.measure_errors()["reconstruction"].eq("interpolant").all()
+    dense = sparsurf.recover(few, density=20, reconstruction="interpolant")
     assert few.error == pytest.approx(
         distance_to_surface(fresh.points, dense.points, dense.normals).mean(), rel=0.05
     )
     touching = sparsurf.minimal(dots, n_dots=99, sampler="cover")
-    assert touching.model == "interpolant" and touching.surface.reconstruction.model == "auto"
+    assert touching.reconstruction == "interpolant" and touching.surface.reconstruction.model == "auto"
     assert sparsurf.minimal(dots, n_dots=100, sampler="cover").surface.reconstruction.model == "spheres"
 
 
 def test_other_requests_keep_farthest_points(dots):
     percent = sparsurf.minimal(dots, percent=5)
     assert np.array_equal(percent.dots, sparsurf.sample(dots, percent=5))
-    assert (percent.sampler, percent.model) == ("farthest", "interpolant")
+    assert (percent.sampler, percent.reconstruction) == ("farthest", "interpolant")
     assert percent.surface.reconstruction == Reconstruction(1.4, "dms", "auto")
     with pytest.raises(InputError, match="error_99 belongs to an error"):
         sparsurf.minimal(dots, percent=5, error_99=0.1)
@@ -234,29 +234,29 @@ def test_files_say_how_their_surface_is_reconstructed(few, suffix, tmp_path, cap
     sparsurf.write(few, path)
     read = sparsurf.read_surface(path)
     assert read.reconstruction == few.surface.reconstruction and not caplog.records
-    assert not {"probe_radius", "radii", "model"} & {*read.fields}
-    kept = sparsurf.minimal(few.molecule, percent=2, model="interpolant")
+    assert not {"probe_radius", "radii", "reconstruction"} & {*read.fields}
+    kept = sparsurf.minimal(few.molecule, percent=2, reconstruction="interpolant")
     sparsurf.write(kept, path)
     read = sparsurf.read_surface(path)
-    obeyed, told = sparsurf.recover(read), sparsurf.recover(read, model="interpolant")
+    obeyed, told = sparsurf.recover(read), sparsurf.recover(read, reconstruction="interpolant")
     assert obeyed.points.tobytes() == told.points.tobytes()
 
 
-def test_commands_take_the_model(few, dots, tmp_path):
+def test_commands_take_the_reconstruction(few, dots, tmp_path):
     sparsurf.write(few, tmp_path / "few.csv")
     results = []
-    for options in ([], ["--model", "interpolant"], ["--model", "spheres"]):
+    for options in ([], ["--reconstruction", "interpolant"], ["--reconstruction", "spheres"]):
         path = tmp_path / "dense.csv"
         assert command.main(["recover", str(tmp_path / "few.csv"), "-o", str(path), "--quiet", *options]) == 0
         results.append(path.read_bytes())
     assert results[0] == results[2] != results[1]
     structure = str(ROOT / "data/tdp43/topology.pdb")
     path = tmp_path / "two.csv"
-    words = ["--model", "interpolant", "--model", "1", "--percent", "2"]
+    words = ["--reconstruction", "interpolant", "--model", "1", "--percent", "2"]
     assert command.main(["minimal", structure, "-o", str(path), "--quiet", *words]) == 0
     assert sparsurf.read_surface(path).reconstruction == Reconstruction(1.4, "dms", "interpolant")
     with pytest.raises(SystemExit):
-        command.main(["minimal", structure, "-o", str(path), "--model", "atoms"])
+        command.main(["minimal", structure, "-o", str(path), "--reconstruction", "atoms"])
 
 
 @pytest.mark.parametrize("suffix", ["csv", "npz"])

@@ -124,7 +124,7 @@ def test_the_dots_of_the_atoms_carry_the_molecule(few, molecule):
     assert "roughest residues" in sparsurf.show(few, open_browser=False).html
     assert few.to_frame()["residue_name"].tolist() == molecule.residue_name[few.atom].tolist()
     with pytest.raises(InputError, match="reach, steps and model are about dots"):
-        sparsurf.recover(few, model="interpolant")
+        sparsurf.recover(few, reconstruction="interpolant")
 
 
 def test_a_frame_and_a_selection_choose_the_atoms(tmp_path):

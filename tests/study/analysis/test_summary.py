@@ -361,7 +361,12 @@ def test_a_folder_holds_what_was_made_of_its_conformation(tmp_path):
         "density",
     ]
     names += ["n_S_percent_high", "Z_published", "Z_rotation_robust"]
-    texts = {"where": "everywhere", "measured_on": "independent dots", "sampler": "cover", "model": "spheres"}
+    texts = {
+        "where": "everywhere",
+        "measured_on": "independent dots",
+        "sampler": "cover",
+        "reconstruction": "spheres",
+    }
     texts |= {"decided_by": "mean"}
     pd.DataFrame({key: [value] for key, value in texts.items()} | {key: [3.5] for key in names}).to_csv(
         folder / "recovered.csv", index=False

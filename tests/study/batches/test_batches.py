@@ -357,7 +357,7 @@ def test_two_structures_of_one_name_are_refused(tmp_path):
     }
     for keys, subset in (({}, "auto"), ({"minimal": {"sampler": "uniform"}}, "uniform")):
         checked = check_config(config_of(tmp_path, proteins=proteins, **keys))
-        assert checked["minimal"] == {"sampler": subset, "model": "auto", "percent": 10}
+        assert checked["minimal"] == {"sampler": subset, "reconstruction": "auto", "percent": 10}
 
 
 def test_a_defect_becomes_a_row_and_models_and_warnings_are_reported(tmp_path, monkeypatch, caplog):

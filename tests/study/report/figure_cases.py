@@ -124,7 +124,7 @@ def enough(n=1, density=0.7):
             "n_S_percent": 13.0 + k * (k - 1) / 2,  # whose median is not their mean
             "mean": 0.02 - k / 1000,
             "high_99": 0.1 + k / 100,
-            "model": "interpolant" if k == 3 else "spheres",
+            "reconstruction": "interpolant" if k == 3 else "spheres",
         }
         for k in range(n)
     ]

@@ -178,7 +178,7 @@ def test_the_law_and_the_subset_are_drawn_where_they_are():
             laws, product((False, True), (INTERPOLANT, SPHERES)), strict=True
         ):
             density, drawn = line.get_xydata().T
-            expected = [error_at(x, hydrogens=hydrogens, model=model)[quantity] for x in density]
+            expected = [error_at(x, hydrogens=hydrogens, reconstruction=model)[quantity] for x in density]
             assert drawn == pytest.approx(expected)
             assert (density.min(), density.max()) == pytest.approx((0.15, 2.4))  # as far as was measured
             is_alike = line.get_color() == subset.get_color()

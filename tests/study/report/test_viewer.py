@@ -111,7 +111,7 @@ def test_the_page_of_a_study_holds_the_numbers_of_its_tables(study, place):
     assert (header["radius"], header["minimal"], header["sampler"]) == (4.0, len(minimal), "minimal")
     assert columns["minimal"].nonzero()[0].tolist() == sorted(minimal["dot"])
     values = {scale["symbol"]: (k, scale) for k, scale in enumerate(header["values"])}
-    model = pd.read_csv(folder / "recovered.csv")["model"][0]
+    model = pd.read_csv(folder / "recovered.csv")["reconstruction"][0]
     kept = surface.take(minimal["dot"].to_numpy())
     kept = replace(kept, reconstruction=tables.surface_of_minimal(minimal).reconstruction)
     off = np.load(folder / "reconstructed.npz")["distance"]

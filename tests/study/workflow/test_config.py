@@ -447,7 +447,7 @@ def test_a_combination_stands_without_another_sampler():
     own = {"combination": [1.0, 0.0, 6.0, 0.0]}
     for sampler in ({}, {"sampler": "paper"}, {"sampler": "paper_corrected"}):
         checked = check_config(DEFAULT | {"minimal": own | sampler})
-        assert checked["minimal"] == own | {"sampler": "paper", "model": "auto"} | sampler
+        assert checked["minimal"] == own | {"sampler": "paper", "reconstruction": "auto"} | sampler
         assert check_config(checked) == checked
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from sparsurf.errors import FILE, InputError
 from sparsurf.files import decode_text, ends_within_a_row, shorten
 from sparsurf.surfaces.surface import (
-    Reconstruction,
+    RECONSTRUCTION_COLUMNS,
     Surface,
     SurfaceFormat,
     is_field_name,
@@ -61,7 +61,7 @@ def read_csv(content: bytes) -> Surface:
 
     values, fields, lines, table = _columns(content, COLUMNS_OF_DOTS)
     reconstruction = reconstruction_of_file(
-        {name: table[name].to_numpy() for name in table.columns.unique() if name in Reconstruction._fields}
+        {name: table[name].to_numpy() for name in table.columns.unique() if name in RECONSTRUCTION_COLUMNS}
     )
     judge = reconstruction is None or not reconstruction.is_uneven
     columns = {"points": values[:, :3], "normals": values[:, 3:]} | fields

@@ -70,11 +70,11 @@ def figure(surfaces: list[dict[Any, Any]], name: str = "") -> Figure:
         layout.panel_title(ax, "AB"[k], title)
         for sampler, model, hydrogens in MEASURED:
             if sampler == FARTHEST:
-                errors = [error_at(float(x), hydrogens=hydrogens, model=model)[k] for x in density]
+                errors = [error_at(float(x), hydrogens=hydrogens, reconstruction=model)[k] for x in density]
                 label = f"evenly spread dots, {WORDS[model]}{', with hydrogens' if hydrogens else ''}"
                 ax.plot(density, errors, color=COLOURS[model], dashes=DASHES[hydrogens], label=label)
-        for model in table["model"].unique():
-            rows, label = table[table["model"] == model], f"minimal subset, {WORDS[model]}"
+        for model in table["reconstruction"].unique():
+            rows, label = table[table["reconstruction"] == model], f"minimal subset, {WORDS[model]}"
             ax.plot(rows["density"], rows[column], "o", color=COLOURS[model], label=label, **MARKERS)
         ax.set(xscale="log", yscale="log", xlabel="dots kept per Å²")
         for axis, ticks in ((ax.xaxis, DENSITIES), (ax.yaxis, DISTANCES)):
