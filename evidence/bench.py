@@ -57,9 +57,9 @@ from sparsurf.surfaces.surface import DENSITY, Surface
 from sparsurf.threads import available_cores
 from sparsurf_study.analysis import grid
 from sparsurf_study.analysis.ensemble import frame_row
+from sparsurf_study.config.check import check_config
 from sparsurf_study.pairs.nearest import nearest
 from sparsurf_study.settings import StudySettings
-from sparsurf_study.workflow.config import check_config
 
 ROOT = Path(__file__).resolve().parents[1]
 SHARED = Path(os.environ.get("SPARSURF_SHARED", ROOT.parent / "shared"))

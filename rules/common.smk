@@ -2,6 +2,7 @@
 
 import os
 import re
+import shutil
 import time
 from base64 import urlsafe_b64decode
 from dataclasses import astuple
@@ -11,12 +12,12 @@ from sparsurf import kinds
 from sparsurf_study import catalogue, manifest
 from sparsurf_study.catalogue import first_of_each_rule
 from sparsurf_study.workflow.code import versions_of_code
-from sparsurf_study.workflow.config import check_config, proteins, sampled_proteins, with_absolute_paths
+from sparsurf_study.config.check import check_config, proteins, sampled_proteins, with_absolute_paths
 from sparsurf_study.workflow.jobs import let_jobs_import_packages
 from sparsurf_study.workflow.ends import answers_of_run, reasons
-from sparsurf_study.workflow.memory import memory_of_grid
-from sparsurf_study.workflow.origin import origin_of
-from sparsurf_study.workflow.conformations import first_column, has_one_model, without_zeros
+from sparsurf_study.config.memory import memory_of_grid
+from sparsurf_study.workflow.origin import note_config, origin_of
+from sparsurf_study.config.conformations import first_column, has_one_model, without_zeros
 
 # Before anything else: every process that Snakemake starts from here on inherits the path
 let_jobs_import_packages()
@@ -120,7 +121,11 @@ def changed_results(wildcards):
 
 
 def begin_run():
-    """Say what was changed after the run; its checksums are those of finished results, which are about to change."""
+    """Say what is replaced or was changed after the run; its checksums are of finished results, which are about to change."""
+    shutil.rmtree(RUN / ".ledger", ignore_errors=True)  # records of version 5
+    path_to_config = Path(*workflow.configfiles[:1] or [HOME / "config.yaml"]).resolve()
+    if replaced := note_config(RUN, path_to_config):
+        print(replaced, file=sys.stderr, flush=True)
     for name, state in CHANGED:
         print(f"{RUN / name} is {state}: it is computed again.", file=sys.stderr, flush=True)
     manifest.keep(RUN, {name for name, _ in CHANGED})

@@ -64,16 +64,36 @@ rule simulate_stage:  # minimise, nvt, npt, production: each begins where the on
         "../scripts/simulate_stage.py"
 
 
-rule judge_simulation:
+rule extract_trajectory:  # apart from the pages: all that follows from the trajectory would be computed again after their edits
     input:
         system="results/{run}/{protein}/simulation/system",
-        minimise="results/{run}/{protein}/simulation/minimise",
-        nvt="results/{run}/{protein}/simulation/nvt",
-        npt="results/{run}/{protein}/simulation/npt",
         production="results/{run}/{protein}/simulation/production",
     output:
         topology="results/{run}/{protein}/simulation/topology.pdb",
         trajectory="results/{run}/{protein}/simulation/trajectory.xtc",
+    log:
+        "results/{run}/logs/{protein}/extract_trajectory.log",
+    wildcard_constraints:
+        protein=any_of(SIMULATED),
+    conda:
+        "../envs/study.yaml"
+    params:
+        code=CODE["numbers"],
+    message:
+        "Trajectory of {wildcards.protein}"
+    script:
+        "../scripts/extract_trajectory.py"
+
+
+rule judge_simulation:
+    input:
+        minimise="results/{run}/{protein}/simulation/minimise",
+        nvt="results/{run}/{protein}/simulation/nvt",
+        npt="results/{run}/{protein}/simulation/npt",
+        production="results/{run}/{protein}/simulation/production",
+        topology="results/{run}/{protein}/simulation/topology.pdb",
+        trajectory="results/{run}/{protein}/simulation/trajectory.xtc",
+    output:
         energies="results/{run}/{protein}/simulation/energies.csv",
         motion="results/{run}/{protein}/simulation/motion.csv",
         quality="results/{run}/{protein}/simulation/quality.csv",
@@ -86,7 +106,7 @@ rule judge_simulation:
         "../envs/study.yaml"
     params:
         simulate=lambda wildcards: PROTEINS[wildcards.protein].simulate,
-        code=CODE["numbers"],
+        code=CODE["pages"],
     message:
         "Quality of the simulation of {wildcards.protein}"
     script:

@@ -4,8 +4,8 @@ import sys
 from pathlib import Path
 
 from sparsurf.errors import InputError
+from sparsurf_study.config.yaml_file import read_config, run_of_config
 from sparsurf_study.manifest import differing, read_sums
-from sparsurf_study.workflow.yaml_file import read_config, run_of_config
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -19,7 +19,11 @@ def main(path_to_config: str = str(ROOT / "config.yaml")) -> int:
         return 2
     files, wrong = read_sums(run), [*differing(run)]
     if not files:
-        print(f"There is no {run}/SHA256SUMS: `make run` writes it at the end of a study.", file=sys.stderr)
+        print(
+            f"There is no results/{run.name}/SHA256SUMS: the run is unfinished, or of version 5 or earlier. "
+            "`make run` continues it, or computes it again, and writes that file at its end.",
+            file=sys.stderr,
+        )
         return 2
     for name, state in wrong:
         print(f"results/{run.name}/{name} is {state}: `make run` computes it again.")

@@ -5,9 +5,9 @@ import numpy as np
 from sparsurf_study.workflow.jobs import job
 from sparsurf.errors import InputError
 from sparsurf.streams import stream
+from sparsurf_study.config.conformations import absent_conformation, first_column
 from sparsurf_study.pairs.changes import changes, over_floor, read_forms, superpose_forms, warn_of_unmatched
 from sparsurf_study.pairs.matching import on_atoms
-from sparsurf_study.workflow.conformations import absent_conformation, first_column
 
 B_FACTOR_OF_BURIED = -1.0  # of residues without a change
 

@@ -1,4 +1,4 @@
-"""Extract the protein's trajectory without water, and check that the simulation reached its targets."""
+"""Check that a simulation reached its targets, and draw its course."""
 
 import logging
 
@@ -9,13 +9,11 @@ from sparsurf_study.report.figures.simulation import simulation_figure
 from sparsurf_study.rounding import write_rounded
 from sparsurf_study.simulation import quality
 from sparsurf_study.simulation.protocol import with_defaults
-from sparsurf_study.simulation.stages import extract_protein
 
 with job(snakemake) as s:
-    extract_protein(s.input.system, s.input.production, s.output.topology, s.output.trajectory)
     stages = ("minimise", "nvt", "npt", "production")
     energies = quality.energies({stage: s.input[stage] for stage in stages})
-    motion = quality.motion(read_molecule(s.output.topology, s.output.trajectory))
+    motion = quality.motion(read_molecule(s.input.topology, s.input.trajectory))
     checks = quality.judge(energies, with_defaults(s.params.simulate))
     for sentence in quality.warnings(checks):
         logging.getLogger("sparsurf").warning(sentence)

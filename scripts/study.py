@@ -14,9 +14,9 @@ from pathlib import Path
 from sparsurf.errors import InputError
 from sparsurf.files import open_closed_streams
 from sparsurf_study import manifest
-from sparsurf_study.workflow.config import check_config, read_config
+from sparsurf_study.config.check import check_config, read_config
+from sparsurf_study.config.memory import memory_of_machine
 from sparsurf_study.workflow.ends import answers_of_run, failed_places
-from sparsurf_study.workflow.memory import memory_of_machine
 
 ROOT = Path(__file__).resolve().parents[1]
 COMPARE = ROOT / "studies" / "compare.yaml"

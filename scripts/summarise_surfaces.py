@@ -1,8 +1,8 @@
 """Summarise all surfaces of a run in one table, with the figure of how many dots are enough."""
 
 from sparsurf_study.workflow.jobs import job
+from sparsurf_study.config.conformations import require_conformations, require_excluded
 from sparsurf_study.report.summaries import summarise_surfaces
-from sparsurf_study.workflow.conformations import require_conformations, require_excluded
 
 with job(snakemake) as s:
     surfaces = require_conformations(s.input.surfaces)

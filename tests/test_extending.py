@@ -300,7 +300,7 @@ def test_a_default_is_that_of_functions_commands_and_the_config(tmp_path):
     assert (tree / "docs" / "reference" / "config.md").read_text(encoding="utf-8").count("| `4.25` |") == 1
     code = """
 import inspect, sparsurf
-from sparsurf_study.workflow.config import check_config
+from sparsurf_study.config.check import check_config
 print(check_config({"proteins": {"a": {"pdb": "1ubi"}}})["patches"]["r_patch"])
 print(*(inspect.signature(call).parameters["r_patch"].default for call in (sparsurf.roughness, sparsurf.prepare)))
 """

@@ -12,7 +12,7 @@ import sparsurf
 from conftest import ROOT
 from sparsurf.cli import command
 from sparsurf.errors import InputError
-from sparsurf_study.workflow.config import check_config
+from sparsurf_study.config.check import check_config
 
 PEPTIDE = ROOT / "data" / "tdp43" / "topology.pdb"
 TRAJECTORY = ROOT / "data" / "tdp43" / "trajectory.xtc"

@@ -27,7 +27,7 @@ from contextlib import suppress
 from pathlib import Path
 
 IMPORTED_BY_SNAKEMAKE = (
-    "snakemake.cli", "snakemake.script", "snakemake.notebook", "requests", "sparsurf_study.workflow.config",
+    "snakemake.cli", "snakemake.script", "snakemake.notebook", "requests", "sparsurf_study.config.check",
     "sparsurf_study.workflow.jobs", "sparsurf.dot_fields.columns", "sparsurf.molecules.read_molecule", "nbformat", "smart_open",
 )  # fmt: skip
 # Folder in the working folder of a script: where it is, a file lists what the script opened

@@ -15,8 +15,8 @@ from sparsurf.surfaces.molecular_surface import density_for_d_link, roll_frame
 from sparsurf.surfaces.radii import radii
 from sparsurf_study.batches.analysis import Structure, analyse_batch
 from sparsurf_study.batches.tables import write_parquet
-from sparsurf_study.workflow.config import check_config
-from sparsurf_study.workflow.yaml_file import read_config
+from sparsurf_study.config.check import check_config
+from sparsurf_study.config.yaml_file import read_config
 
 
 def cpu_of_placing(path: str, settings: Settings) -> float:

@@ -25,7 +25,7 @@ from sparsurf_study.workflow.jobs import RAISE
 from sparsurf.errors import InputError
 from sparsurf.files import shorten
 from sparsurf.threads import available_cores
-from sparsurf_study.workflow.conformations import first_column
+from sparsurf_study.config.conformations import first_column
 
 STUDY_ROOT = Path(__file__).parents[2]  # of the checkout
 

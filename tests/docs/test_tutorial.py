@@ -13,7 +13,7 @@ import pytest
 import sparsurf
 import warm_python
 from conftest import ROOT
-from sparsurf_study.workflow.config import check_config, read_config
+from sparsurf_study.config.check import check_config, read_config
 
 pytestmark = pytest.mark.slow
 

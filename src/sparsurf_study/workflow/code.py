@@ -16,6 +16,7 @@ PAGES = ("sparsurf/views/", "sparsurf_study/report/")  # no number follows from 
 WITHOUT_RESULTS = (
     "sparsurf/cli/",
     "sparsurf_study/workflow/",
+    "sparsurf_study/config/",
     "sparsurf_study/manifest.",
     "sparsurf_study/debug.",
     "sparsurf_study/columns.",

@@ -7,12 +7,12 @@ from pathlib import Path
 
 from sparsurf.files import pluralise
 from sparsurf_study.batches.assignment import batched_structures
-from sparsurf_study.workflow.config import needed_conformations
-from sparsurf_study.workflow.conformations import first_column, without_zeros
+from sparsurf_study.config.check import needed_conformations
+from sparsurf_study.config.conformations import first_column, without_zeros
 from sparsurf_study.workflow.job_logs import failures_since, place_of_log
 
 # Jobs that lead to the conformations of a protein: without one of them there are none
-BEFORE_CONFORMATIONS = ("choose_frames", "fetch_", "prepare_system", "simulate_", "judge_")
+BEFORE_CONFORMATIONS = ("choose_frames", "fetch_", "prepare_system", "simulate_", "extract_", "judge_")
 MAX_CONTRADICTIONS = 10  # in words; all are in checks.csv
 
 

@@ -1,11 +1,12 @@
 """What a run was started with, for its first page; planning a study imports this, so it needs no numpy."""
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+from sparsurf_study.config.protein_keys import FILE_KEYS
 from sparsurf_study.report.provenance import RunOrigin
-from sparsurf_study.workflow.protein_keys import FILE_KEYS
 
 MAX_INPUTS = 50  # files with a checksum; more are only counted
 DEFAULT_CONFIG = "config.yaml"
@@ -21,6 +22,25 @@ def origin_of(config: Mapping[str, Any], configs: Sequence[Path | str]) -> RunOr
     paths = [*dict.fromkeys(map(_shown, inputs))]
     options = [f"CONFIG={path}" for path in map(_shown, configs[:1]) if path != DEFAULT_CONFIG]
     return RunOrigin(" ".join(["make run", *options]), paths if len(paths) <= MAX_INPUTS else [], len(paths))
+
+
+def note_config(run: Path, config: Path) -> str:
+    """Note the config file of a run; return a sentence if the last run was that of another one.
+
+    An edited or moved config is the same one, and a copy of it differs in nothing: only a file that is still there and has
+    another content is another config, whose results this run replaces.
+    """
+    note = run / "logs" / "config"
+    former = Path(note.read_text(encoding="utf-8")) if note.is_file() else config
+    note.parent.mkdir(parents=True, exist_ok=True)
+    note.write_text(str(config), encoding="utf-8")
+    with suppress(OSError, ValueError):
+        if former.read_bytes() != config.read_bytes():
+            return (
+                f"{run}/ contains the results of {_shown(former)}, and this run of {_shown(config)} replaces them. To keep both, "
+                "write another `run` into one of these configs."
+            )
+    return ""
 
 
 def _shown(path: Path | str) -> str:

@@ -28,7 +28,7 @@ from sparsurf.settings import Settings
 from sparsurf.views.numbers import number
 from sparsurf_study.batches.analysis import Structure, analyse_batch
 from sparsurf_study.batches.tables import write_parquet
-from sparsurf_study.workflow.config import check_config
+from sparsurf_study.config.check import check_config
 
 TDP43 = ROOT / "data" / "tdp43" / "topology.pdb"
 HABITS = (  # of a machine: environment, and what stands behind the command

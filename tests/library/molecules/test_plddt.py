@@ -15,7 +15,7 @@ from sparsurf.molecules.plddt import (
     origin_of_mmcif,
     origin_of_pdb,
 )
-from sparsurf_study.workflow.config import check_config, proteins
+from sparsurf_study.config.check import check_config, proteins
 
 TITLE = "TITLE     ALPHAFOLD MONOMER V2.0 PREDICTION FOR HEMOGLOBIN SUBUNIT ALPHA\nTITLE    2 (P69905)\n"
 METRIC = "loop_\n_ma_qa_metric.id\n_ma_qa_metric.name\n_ma_qa_metric.type\n1 {0} {0}\n#\n"

@@ -13,7 +13,7 @@ import sparsurf
 from sparsurf.patches.index import D_LINK, R_PATCH, R_ZERNIKE
 from sparsurf.surfaces.radii import PROBE_RADIUS, radii
 from sparsurf.surfaces.surface import Placement
-from sparsurf_study.workflow.models import PatchesSettings, SurfaceSettings
+from sparsurf_study.config.models import PatchesSettings, SurfaceSettings
 
 TABLES = {  # XX is no element
     "dms": "H 1.2 D 1.2 C 1.9 N 1.5 O 1.4 S 1.85 SE 1.85 P 1.9 F 1.35 CL 1.8 BR 1.95 I 2.15 FE 0.64 CU 1.28 "

@@ -19,9 +19,9 @@ from sparsurf.errors import InputError
 from sparsurf.settings import Settings
 from sparsurf_study.batches import assignment, summary, tables
 from sparsurf_study.batches.analysis import Structure, analyse_batch
+from sparsurf_study.config.check import check_config
 from sparsurf_study.report.closing import close_batches
 from sparsurf_study.report.front import write_front
-from sparsurf_study.workflow.config import check_config
 from sparsurf_study.workflow.ends import failed_places
 
 pytest.importorskip("pyarrow", reason="pyarrow is installed by the extra `many`")

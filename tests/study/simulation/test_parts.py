@@ -219,7 +219,6 @@ def test_the_jobs_of_a_simulation_follow_its_keys(asked, monkeypatch, tmp_path):
 
 def test_a_simulation_is_judged_by_its_own_targets(monkeypatch, tmp_path):
     text = "".join(f"MODEL     {k:4d}\n{peptide(origin=(k, 0, 0))}ENDMDL\n" for k in (1, 2)) + "END\n"
-    monkeypatch.setattr(stages, "extract_protein", lambda *_: None)
     means = {"temperature_K": 310.0, "pressure_bar": 40.0, "density_kg_m3": 1006.0}
     rows = pd.DataFrame(
         means | {"potential_kJ_mol": -5.0, "total_energy_kJ_mol": -3.0, "stage": ["production"] * 60}
@@ -231,9 +230,10 @@ def test_a_simulation_is_judged_by_its_own_targets(monkeypatch, tmp_path):
     topology = write(tmp_path / "topology.pdb", text)
     moving = read_molecule(topology)
     monkeypatch.setattr("sparsurf.molecules.read_molecule.read_molecule", lambda *_: moving)
-    inputs = {"system": "system"} | {stage: f"of/{stage}" for stage in protocol.STAGES}
-    names = {"topology": "topology.pdb", "trajectory": "t.xtc", "png": "simulation.png"}
-    names |= {name: f"{name}.csv" for name in ("energies", "motion", "quality")}
+    inputs = {"topology": topology, "trajectory": "t.xtc"} | {
+        stage: f"of/{stage}" for stage in protocol.STAGES
+    }
+    names = {"png": "simulation.png"} | {name: f"{name}.csv" for name in ("energies", "motion", "quality")}
     outputs = {name: str(tmp_path / file) for name, file in names.items()}
     run_script(
         "judge_simulation", tmp_path, inputs, outputs, {"simulate": {"temperature": 310.0}}, protein="p"

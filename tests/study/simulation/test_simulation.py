@@ -16,8 +16,8 @@ from conftest import ROOT
 from peptides import STEP, peptide, write
 from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf_study.config.models import Simulate
 from sparsurf_study.simulation import gromacs, protocol, quality, stages, system
-from sparsurf_study.workflow.models import Simulate
 
 pytestmark = pytest.mark.slow
 

@@ -12,8 +12,8 @@ import config_reference
 from conftest import ROOT
 from sparsurf import kinds
 from sparsurf.errors import InputError
-from sparsurf_study.workflow import memory
-from sparsurf_study.workflow.config import Protein, check_config, read_config, with_absolute_paths
+from sparsurf_study.config import memory
+from sparsurf_study.config.check import Protein, check_config, read_config, with_absolute_paths
 
 DEFAULT = yaml.safe_load((ROOT / "config.yaml").read_text())
 
@@ -118,7 +118,7 @@ def test_every_key_is_described():
 
 
 def test_the_schema_and_the_reference_page_are_those_of_the_models():
-    """Run `python -m sparsurf_study.workflow.config` to write them."""
+    """Run `python -m sparsurf_study.config.check` to write them."""
     text = config_reference.SCHEMA_FILE.read_text(encoding="utf-8")
     assert json.loads(text) == config_reference.json_schema()
     assert config_reference.REFERENCE_PAGE.read_text(encoding="utf-8") == config_reference.reference_page()

@@ -22,8 +22,8 @@ from small_study import SETTINGS, changed, copy_of, planned_jobs, run_job, write
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf_study.batches.tables import read_parquet
+from sparsurf_study.config.models import Config, Pair, Protein
 from sparsurf_study.workflow.code import versions_of_code
-from sparsurf_study.workflow.models import Config, Pair, Protein
 
 pytestmark = pytest.mark.slow
 
@@ -325,7 +325,7 @@ def test_what_is_downloaded_is_checked_however_it_is_named(tmp_path):
 def test_a_simulation_follows_the_keys_of_its_protein(folder, simulated, key, value, rules):
     configs = simulated, changed(simulated, key, value)
     before, after = (by_rule(planned_jobs(folder, config)) for config in configs)
-    of_simulation = {"prepare_system", "simulate_stage", "judge_simulation"}
+    of_simulation = {"prepare_system", "simulate_stage", "extract_trajectory", "judge_simulation"}
     assert rules_given_something_else(before, after) & of_simulation == {*rules.split()}
     for stage, earlier in (("nvt", "minimise"), ("npt", "nvt"), ("production", "npt")):
         assert before["simulate_stage", "water", stage]["input"][0].endswith(f"simulation/{earlier}")
@@ -338,7 +338,8 @@ def test_a_simulation_reads_what_its_stages_wrote(folder, simulated):
     files = {job: [path.removeprefix(f"{place}/") for path in jobs[job]["input"]] for job in jobs}
     assert files["prepare_system", "water"] == ["two.pdb"]
     stages = ["minimise", "nvt", "npt", "production"]
-    assert files["judge_simulation", "water"] == ["system", *stages]
+    assert files["extract_trajectory", "water"] == ["system", "production"]
+    assert files["judge_simulation", "water"] == [*stages, "topology.pdb", "trajectory.xtc"]
     assert files["simulate_stage", "water", "minimise"] == ["system"]
     assert all(files["simulate_stage", "water", stage][1] == "system" for stage in stages[1:])
     assert files["choose_frames", "water"] == ["topology.pdb", "trajectory.xtc"]
@@ -406,7 +407,7 @@ def test_a_second_attempt_asks_for_more_memory_and_time_and_a_grid_for_that_of_i
     large = plan(study, changed(config, "evaluation.draws", 2002), asks=True)
     more = (
         8 * 8 * 2000 * 20 * (2 + 4) / 1e6
-    )  # MB of 8 combinations, 2000 draws and 20 test dots, see workflow/memory.py
+    )  # MB of 8 combinations, 2000 draws and 20 test dots, see config/memory.py
     for rule in ("evaluate_grid", "tabulate_best"):
         job = next(job for job in given if job[0] == rule)
         assert large[job]["asks"][0]["mem_mb"] - asks[job][0]["mem_mb"] == pytest.approx(1.5 * more, abs=2)

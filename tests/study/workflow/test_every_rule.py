@@ -38,6 +38,7 @@ from sparsurf_study.analysis.ensemble import evaluate_frames
 from sparsurf_study.analysis.grid import add_scaled_link
 from sparsurf_study.analysis.islands import add_islands
 from sparsurf_study.analysis.tables import read_prepared, read_table
+from sparsurf_study.config.check import check_config
 from sparsurf_study.pairs import changes
 from sparsurf_study.pairs.changes import read_forms
 from sparsurf_study.pairs.ranking import auc
@@ -45,7 +46,6 @@ from sparsurf_study.pairs.residue_moments import MOMENT_CHANNELS, MOMENT_FIELDS,
 from sparsurf_study.report.figures import subsets
 from sparsurf_study.settings import StudySettings as StudySettings
 from sparsurf_study.structures import read_study_structure
-from sparsurf_study.workflow.config import check_config
 
 pytestmark = pytest.mark.slow
 

@@ -17,8 +17,8 @@ import pytest
 from conftest import ROOT
 from small_study import run_script
 from sparsurf.errors import InputError
+from sparsurf_study.config.conformations import require_excluded
 from sparsurf_study.workflow import job_logs, jobs
-from sparsurf_study.workflow.conformations import require_excluded
 
 
 @pytest.fixture

@@ -19,10 +19,10 @@ from conftest import ROOT
 from peptides import peptide
 from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_molecule
-from sparsurf_study.workflow.config import Protein, check_config
-from sparsurf_study.workflow.conformations import file_has_one_model, has_one_model, without_zeros
-from sparsurf_study.workflow.download import fetch, file_name, variable
-from sparsurf_study.workflow.listing import from_folder, from_table, pairs_from_folder, pairs_from_table
+from sparsurf_study.config.check import Protein, check_config
+from sparsurf_study.config.conformations import file_has_one_model, has_one_model, without_zeros
+from sparsurf_study.config.download import fetch, file_name, variable
+from sparsurf_study.config.listing import from_folder, from_table, pairs_from_folder, pairs_from_table
 
 TOPOLOGY = ROOT / "data" / "tdp43" / "topology.pdb"
 
@@ -247,8 +247,8 @@ def test_only_the_web_is_fetched_and_only_what_is_safe(tmp_path, url, sha256):
     ],
 )
 def test_what_cannot_be_fetched_is_refused_and_not_kept(server, tmp_path, monkeypatch, path, words):
-    monkeypatch.setattr("sparsurf_study.workflow.download.MAX_SECONDS", 0.5)
-    monkeypatch.setattr("sparsurf_study.workflow.download.MOST", 200_000)
+    monkeypatch.setattr("sparsurf_study.config.download.MAX_SECONDS", 0.5)
+    monkeypatch.setattr("sparsurf_study.config.download.MOST", 200_000)
     (tmp_path / "served" / "large.pdb").write_bytes(bytes(200_001))
     url = f"{server}/{path}" if path else "http://127.0.0.1:9/a.pdb"
     with pytest.raises(InputError, match=rf"A1.*{words}"):
@@ -390,7 +390,7 @@ def test_a_packed_file_that_grows_beyond_the_bound_is_not_unpacked_by_the_plan(t
         for _ in range(256):
             stream.write(b" " * 2**20)
     code = (
-        "import resource, sys; from sparsurf import files; from sparsurf_study.workflow.conformations import file_has_one_model\n"
+        "import resource, sys; from sparsurf import files; from sparsurf_study.config.conformations import file_has_one_model\n"
         "files.MAX_UNPACKED_BYTES = 2**20; before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss\n"
         "print(file_has_one_model(sys.argv[1]), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 50_000)"
     )

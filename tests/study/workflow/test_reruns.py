@@ -155,7 +155,7 @@ EDITS = {  # file with a line more: rules that run again, and rules that do not
     "sparsurf_study/report/templates/front.html.j2": (PAGES, NUMBERS),
     "sparsurf/cli/minimal.py": (set(), NUMBERS | PAGES),
     "sparsurf_study/workflow/jobs.py": (set(), NUMBERS | PAGES),
-    "sparsurf_study/workflow/mistakes.py": (set(), NUMBERS | PAGES),
+    "sparsurf_study/config/mistakes.py": (set(), NUMBERS | PAGES),
     "sparsurf_study/catalogue.yaml": ({"close_run"}, NUMBERS | PAGES - {"close_run"}),
 }
 

@@ -12,7 +12,7 @@ import yaml
 
 import study
 from conftest import ROOT
-from sparsurf_study.workflow import memory
+from sparsurf_study.config import memory
 from sparsurf_study.workflow.ends import BEFORE_CONFORMATIONS, failed_places
 from sparsurf_study.workflow.job_logs import USED_MARK
 
@@ -126,7 +126,13 @@ def test_a_run_is_not_closed_where_a_job_of_a_batch_was_killed(checkout):
         (["p/c2/compute_surface"], {"p/c2": "compute_surface: ?", "pairs/both": "?", "changes/one": "?"}),
         *(
             ([f"p/{job}"], {"p": f"{job}: ?", "pairs/both": "?", "changes/one": "?", "changes/two": "?"})
-            for job in ("fetch_x.pdb", "prepare_system", "simulate_nvt", "judge_simulation", "choose_frames")
+            for job in (
+                "fetch_x.pdb",
+                "prepare_system",
+                "simulate_nvt",
+                "extract_trajectory",
+                "choose_frames",
+            )
         ),
         (["p/draw_frames"], {"p/*": "draw_frames: ?"}),
         (["p/c3/draw_view", "p/c3/draw_figures"], {"p/c3": "draw_view: ?", "changes/two": "?"}),

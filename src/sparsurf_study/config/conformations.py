@@ -11,7 +11,7 @@ from sparsurf.files import read_bytes, shorten
 from sparsurf.molecules.formats import MMCIF, PDB, suffix
 
 if TYPE_CHECKING:
-    from sparsurf_study.workflow.models import Protein
+    from sparsurf_study.config.models import Protein
 
 
 def first_column(path: str | Path) -> list[str]:

@@ -14,7 +14,7 @@ from sparsurf import kinds
 from sparsurf.errors import InputError
 from sparsurf.files import read_text, shorten
 from sparsurf.molecules.formats import SELF_CONTAINED, STRUCTURES, TOPOLOGIES, TRAJECTORIES, stem, suffix
-from sparsurf_study.workflow.protein_keys import FILE_KEYS
+from sparsurf_study.config.protein_keys import FILE_KEYS
 
 log = logging.getLogger("sparsurf")
 

@@ -14,13 +14,13 @@ from sparsurf.molecules.formats import STRUCTURES, suffix
 from sparsurf.settings import OR_INSTALLED, REQUEST_KEYS
 from sparsurf.suggestions import did_you_mean
 from sparsurf_study.batches.assignment import BATCH_FOLDERS, BATCH_PERCENT, batched_structures, takes_batches
-from sparsurf_study.workflow.conformations import absent_conformation, has_one_model, without_zeros
-from sparsurf_study.workflow.download import ONLY, allowed, shown, variable
-from sparsurf_study.workflow.memory import too_large
-from sparsurf_study.workflow.mistakes import one_of, sentences
-from sparsurf_study.workflow.models import Config, Protein
-from sparsurf_study.workflow.protein_keys import FILE_KEYS
-from sparsurf_study.workflow.yaml_file import read_config, run_of_config
+from sparsurf_study.config.conformations import absent_conformation, has_one_model, without_zeros
+from sparsurf_study.config.download import ONLY, allowed, shown, variable
+from sparsurf_study.config.memory import too_large
+from sparsurf_study.config.mistakes import one_of, sentences
+from sparsurf_study.config.models import Config, Protein
+from sparsurf_study.config.protein_keys import FILE_KEYS
+from sparsurf_study.config.yaml_file import read_config, run_of_config
 
 __all__ = ["Config", "Protein", "check_config", "proteins", "read_config"]
 

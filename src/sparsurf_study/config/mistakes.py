@@ -11,7 +11,7 @@ from sparsurf.errors import InputError
 from sparsurf.files import shorten
 from sparsurf.settings import OR_INSTALLED
 from sparsurf.suggestions import did_you_mean
-from sparsurf_study.workflow.models import FORMS, Config
+from sparsurf_study.config.models import FORMS, Config
 
 WRONG_TYPES = {
     "int_type": "a whole number without quotes, such as 3",

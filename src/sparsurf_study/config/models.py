@@ -25,12 +25,12 @@ from sparsurf.settings import (
     optional,
     without_repeats,
 )
+from sparsurf_study.config import listing
+from sparsurf_study.config.download import PDB_URL, file_name
+from sparsurf_study.config.protein_keys import MOLECULE_KEYS, SOURCE_KEYS
+from sparsurf_study.config.yaml_file import DEFAULT_RUN, MOST_OF_RUN
 from sparsurf_study.settings import Ensemble, FrameNumber, Integer, PercentBelow100, Plddt, Thousand, Two
 from sparsurf_study.simulation.protocol import KEYS_OF_SIMULATION
-from sparsurf_study.workflow import listing
-from sparsurf_study.workflow.download import PDB_URL, file_name
-from sparsurf_study.workflow.protein_keys import MOLECULE_KEYS, SOURCE_KEYS
-from sparsurf_study.workflow.yaml_file import DEFAULT_RUN, MOST_OF_RUN
 
 RESIDUE_RANGE = r"\s*(([^:,\s][^:,]*)?:)?-?[0-9]+[A-Za-z]?(--?[0-9]+[A-Za-z]?)?\s*"
 
