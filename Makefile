@@ -105,7 +105,7 @@ setup-test: setup $(FOR_TEST)
 test: setup-test
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	$(BIN)/snakefmt --check Snakefile rules/*.smk
+	$(BIN)/snakefmt --check Snakefile workflow/Snakefile rules/*.smk evidence/Snakefile evidence/rules/*.smk
 	$(BIN)/snakemake --lint
 	$(BIN)/mypy
 	$(BIN)/lint-imports --no-cache --no-logo
