@@ -20,6 +20,7 @@ from sparsurf_study.workflow.ends import answers_of_run, failed_places
 
 ROOT = Path(__file__).resolve().parents[1]
 COMPARE = ROOT / "studies" / "compare.yaml"
+PLANNING_OPTIONS = {"-n", "--dry-run", "--dryrun"}
 
 
 def main(*arguments: str) -> int:
@@ -39,11 +40,15 @@ def main(*arguments: str) -> int:
             section = config.get("compare")
             config |= {"compare": (section if isinstance(section, dict) else {}) | {"run": True}}
         config = check_config(config, [path], ROOT, here="--workflow-profile" not in options)
+        if PLANNING_OPTIONS & {*options}:  # also beside a study that runs
+            return snakemake(files, *options)[0]
         with locked(ROOT):
             return run_study(config, files, options)
-    except (InputError, OSError) as error:
+    except InputError as error:
         print(error, file=sys.stderr)
-        return 2
+    except OSError as error:
+        print(f"{error.filename}: {error.strerror}. Free or repair the disk and run again.", file=sys.stderr)
+    return 2
 
 
 def run_study(config: dict, files: Sequence[Path], options: Sequence[str]) -> int:

@@ -154,7 +154,7 @@ def results(extended, tmp_path_factory):
 def test_every_recipe_has_steps_that_can_be_followed():
     assert RECIPES.keys() >= {
         "A sampler", "A roughness", "A descriptor", "A field", "A surface format",
-        "A column", "A figure", "A key of the config", "A default", "An output",
+        "A column", "A figure", "A key of the config", "A default", "An output", "A rule",
     }  # fmt: skip
     assert all(STEP.search(text) for text in RECIPES.values())
 
@@ -170,7 +170,9 @@ print(*(kinds.load(kind, name, kind)[0].label for kind, name in names.items()), 
     assert call(edited, "-c", code) == "highest dots,steepest slope,extent,distance from the centre,XYZN\n"
 
 
-@pytest.mark.parametrize(("recipe", "n_files"), [("A figure", 3), ("An output", 3), ("A column", 2)])
+@pytest.mark.parametrize(
+    ("recipe", "n_files"), [("A figure", 3), ("An output", 3), ("A rule", 3), ("A column", 2)]
+)
 def test_what_a_recipe_adds_to_the_outputs_is_said_in_few_files(recipe, n_files):
     steps = STEP.finditer(RECIPES[recipe])
     assert len({step["new"] or step["end"] or step["path"] or step["file"] for step in steps}) == n_files
@@ -278,6 +280,9 @@ def test_the_column_the_figure_the_key_and_the_output_are_in_the_results(results
     assert residues["area"].min() >= 62.5 and 0 < len(residues) < len(STRUCTURE)
     assert {*residues["heavy_atoms"]} <= set(range(4, 10))
     assert (results / "figures" / "sizes.png").stat().st_size > 1000
+    roughest = pd.read_csv(results / "roughest.csv")
+    roughness = pd.read_csv(results / "roughness.csv")["roughness"]
+    assert roughest["roughness"].tolist() == roughness[roughest["dot"]].tolist() == sorted(roughness)[:10]
     assert pd.read_csv(results / "sizes.csv")["dots"].sum() == len(pd.read_csv(results / "roughness.csv"))
     page = (results.parents[1] / "index.html").read_text(encoding="utf-8")
     assert "Number of dots that the combinations keep." in page

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import mimetypes
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from datetime import date
 from pathlib import Path
 from typing import Any
@@ -135,7 +135,16 @@ def _write_pages(
     pages = [outputs[name] for name in ("page", "failures", "warnings", "checks")]
     write_crate([*results, *pages], outputs["crate"], answers, folder)
     run = Path(outputs["sums"]).parent
-    manifest.write_sums(run, manifest.sums_of(run, files_of([*results, *pages, outputs["crate"]])))
+    files = {*files_of([*results, *pages, outputs["crate"]]), *intermediate_files(run)}
+    manifest.write_sums(run, manifest.sums_of(run, files))
+
+
+def intermediate_files(run: Path) -> Iterator[Path]:
+    """Yield the files of a run that only its jobs read, downloads among them, but not simulations, which may have many GB."""
+    for path in run.rglob("[!.]*"):
+        output = catalogue.output_of(path.relative_to(run).as_posix())
+        if output and output.intermediate and path.is_file() and "simulation" not in path.parts:
+            yield path
 
 
 def write_crate(

@@ -21,6 +21,7 @@ from peptides import peptide
 from small_study import SETTINGS, changed, copy_of, planned_jobs, run_job, write_study
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.surfaces.formats.npz import read_npz
+from sparsurf_study import catalogue
 from sparsurf_study.batches.tables import read_parquet
 from sparsurf_study.config.models import Config, Pair, Protein
 from sparsurf_study.workflow.code import versions_of_code
@@ -134,7 +135,7 @@ def opened_files(folder):
     for notes in (folder / warm_python.OPENED).iterdir():
         rows = [line.split("\t") for line in notes.read_text().splitlines()]
         read, written = ({path for way, path in rows if way == mode} for mode in "rw")
-        (log,) = (path for path in written if path.startswith("results/small/logs/"))
+        (log,) = (path for path in written if path.endswith(".log"))
         opened[log] = apart(read - written, [".snakemake"])
     return opened
 
@@ -159,8 +160,10 @@ def test_a_job_reads_its_inputs_and_nothing_else(study, given):
             unread = {path for path in unread if "/ensemble/" not in path}
         if (
             job["rule"] == "close_run"
-        ):  # the warnings of all jobs, and checksums of the files that the config names
+        ):  # the warnings of all jobs, and checksums of the files that the config names and that only jobs read
             inputs |= {"results/small/logs"} | {path for path in read if "/" not in path}
+            listed = {path: catalogue.output_of(path.removeprefix("results/small/")) for path in read}
+            inputs |= {path for path, output in listed.items() if output and output.intermediate}
         assert not apart(read, inputs) and not unread, job["rule"]
 
 

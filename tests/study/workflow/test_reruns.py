@@ -138,7 +138,6 @@ PAGES = {
     "draw_figures",
     "draw_pair",
     "draw_changes",
-    "summarise_best",
     "close_run",
 }
 NUMBERS = COMPUTE | {

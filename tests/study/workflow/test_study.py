@@ -238,6 +238,7 @@ def test_one_study_at_a_time(checkout, capsys):
     (checkout.root / ".snakemake").mkdir()
     with open(checkout.root / ".snakemake" / "study.lock", "w") as held:
         fcntl.flock(held, fcntl.LOCK_EX)
+        assert study.main(checkout.config(), "-n") == 0 and len(checkout.calls) == 1
         assert study.main(checkout.config()) == 2
     assert capsys.readouterr().err == "Another study runs in this folder; wait for it to end.\n"
     assert study.main(checkout.config()) == 0
