@@ -2,12 +2,13 @@
 
 import base64
 import os
+import re
 import shutil
 
 import pytest
 import yaml
 
-from small_study import changed, copy_of, planned_rules
+from small_study import changed, copy_of, output, planned_rules, snakemake
 
 COMPUTE = {"compute_surface", "measure_roughness", "measure_floors", "evaluate_grid", "select_minimal_subset"}
 
@@ -166,6 +167,26 @@ def test_an_edit_runs_again_what_follows_from_the_file_and_no_more(study, config
     planned = planned_rules(study, config, [file])
     assert again <= planned, again - planned
     assert not untouched & planned, untouched & planned
+
+
+def test_results_of_an_earlier_version_are_made_again_but_for_files_that_are_touched(own, config):
+    """They have the parameters of other code and are older than the scripts; CHANGELOG says what to touch."""
+    for path in [path for path in (own / ".snakemake/metadata").rglob("*") if path.is_file()]:
+        text = re.sub(r"'[0-9a-f]{16}'", "'0123456789abcdef'", path.read_text())
+        path.unlink()
+        path.write_text(text)
+    run = own / "results/small"
+    (run / "SHA256SUMS").unlink()
+    (run / ".ledger").mkdir()
+    downloads = [*(run / "loaded/download").iterdir()]
+    for path in downloads:
+        os.utime(path, (10**9, 10**9))
+    everything = planned_rules(own, config)
+    assert everything >= NUMBERS | {"fetch_structure", "draw_roughness", "close_run"}
+    process = snakemake(own, config, "--touch", *(str(path.relative_to(own)) for path in downloads))
+    assert process.returncode == 0, output(process)
+    assert planned_rules(own, config) == everything - {"fetch_structure"}
+    assert not (run / ".ledger").exists() and not (run / "SHA256SUMS").exists()
 
 
 def test_the_seed_runs_again_what_draws_random_numbers(study, config):
