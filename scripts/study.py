@@ -57,8 +57,9 @@ def run_study(config: dict, files: Sequence[Path], options: Sequence[str]) -> in
     code, is_stopped = snakemake(files, *options)
     failed = failed_places(config, run, begin) if code == 1 and not is_stopped else {}
     if failed.keys() - config["exclude"].keys():
-        exclude = json.dumps(config["exclude"] | failed)
-        snakemake(files, *options, "--config", f"exclude={exclude}")
+        without = run / "logs" / "exclude.json"  # a file, as an argument has 128 kB at most
+        without.write_text(json.dumps({"exclude": config["exclude"] | failed}), encoding="utf-8")
+        snakemake([*files, without], *options)
     elif code == 0 and (sums := run / manifest.NAME).exists() and sums.stat().st_mtime < begin:
         print(answers_of_run(run, "paper" in config))  # nothing was to be done, and Snakemake says no more
     return code

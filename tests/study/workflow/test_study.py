@@ -102,8 +102,8 @@ def test_a_run_with_failed_jobs_is_closed_by_a_second_start_without_them(checkou
     checkout.codes, checkout.work = [1, 0], [fail, fail]
     assert study.main(checkout.config()) == 1
     first, second = checkout.calls
-    assert second[: len(first)] == first
-    assert yaml.safe_load(second[-1].removeprefix("exclude=")) == {"p/c1": "draw_view: too small"}
+    assert second == first
+    assert yaml.safe_load(checkout.paths[-1].read_text()) == {"exclude": {"p/c1": "draw_view: too small"}}
     checkout.codes, checkout.calls[:], checkout.work = [1], [], [fail]
     assert (
         study.main(checkout.config(exclude={"p/c1": "by hand"}, proteins={"p": STRUCTURE, "q": STRUCTURE}))
