@@ -122,13 +122,18 @@ def changed_results(wildcards):
 
 def begin_run():
     """Say what is replaced or was changed after the run; its checksums are of finished results, which are about to change."""
-    shutil.rmtree(RUN / ".ledger", ignore_errors=True)  # records of version 5
-    path_to_config = Path(*workflow.configfiles[:1] or [HOME / "config.yaml"]).resolve()
-    if replaced := note_config(RUN, path_to_config):
-        print(replaced, file=sys.stderr, flush=True)
     for name, state in CHANGED:
         print(f"{RUN / name} is {state}: it is computed again.", file=sys.stderr, flush=True)
-    manifest.keep(RUN, {name for name, _ in CHANGED})
+    path_to_config = Path(*workflow.configfiles[:1] or [HOME / "config.yaml"]).resolve()
+    try:
+        shutil.rmtree(RUN / ".ledger", ignore_errors=True)  # records of version 5
+        if replaced := note_config(RUN, path_to_config):
+            print(replaced, file=sys.stderr, flush=True)
+        manifest.keep(RUN, {name for name, _ in CHANGED})
+    except OSError as error:
+        raise SystemExit(
+            f"\n{error.filename}: {error.strerror}. Free or repair the disk and run again.\n"
+        ) from None
 
 
 def log_names(rules):

@@ -57,9 +57,14 @@ def run_study(config: dict, files: Sequence[Path], options: Sequence[str]) -> in
     code, is_stopped = snakemake(files, *options)
     failed = failed_places(config, run, begin) if code == 1 and not is_stopped else {}
     if failed.keys() - config["exclude"].keys():
-        without = run / "logs" / "exclude.json"  # a file, as an argument has 128 kB at most
-        without.write_text(json.dumps({"exclude": config["exclude"] | failed}), encoding="utf-8")
-        snakemake([*files, without], *options)
+        without = {"exclude": config["exclude"] | failed}
+        try:
+            check_config(read_config(files[0]) | without, files[:1], ROOT)
+        except InputError:  # nothing is left
+            return code
+        path = run / "logs" / "exclude.json"  # a file, as an argument has 128 kB at most
+        path.write_text(json.dumps(without), encoding="utf-8")
+        snakemake([*files, path], *options)
     elif code == 0 and (sums := run / manifest.NAME).exists() and sums.stat().st_mtime < begin:
         print(answers_of_run(run, "paper" in config))  # nothing was to be done, and Snakemake says no more
     return code

@@ -75,7 +75,7 @@ def job(snakemake: Any) -> Iterator[Job]:
         log = open(snakemake.log[0], "w", encoding="utf-8", buffering=1)  # noqa: SIM115, closed below
     except OSError as error:
         sys.exit(f"\n  {_sentence(error, snakemake)}\n")
-    with log, alone(snakemake.log[0]), redirect_stdout(log), redirect_stderr(log):
+    with alone(snakemake.log[0]), closed_at_last(log), redirect_stdout(log), redirect_stderr(log):
         handler = logging.StreamHandler(log)
         handler.setFormatter(logging.Formatter("%(levelname)s %(message)s"))
         logging.captureWarnings(True)
@@ -95,6 +95,16 @@ def job(snakemake: Any) -> Iterator[Job]:
             sys.exit(1)
         finally:
             logging.captureWarnings(False)
+
+
+@contextmanager
+def closed_at_last(log: IO[str]) -> Iterator[None]:
+    """Close a log, also on a full disk, where the rest of it is lost and the error of the job counts."""
+    try:
+        yield
+    finally:
+        with suppress(OSError):
+            log.close()
 
 
 @contextmanager

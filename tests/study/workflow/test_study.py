@@ -100,16 +100,16 @@ def test_a_run_with_failed_jobs_is_closed_by_a_second_start_without_them(checkou
         write_log(checkout.root / "results/mine", "p/c1/draw_view", "ERROR too small\n")
 
     checkout.codes, checkout.work = [1, 0], [fail, fail]
-    assert study.main(checkout.config()) == 1
+    both = {"p": STRUCTURE, "q": STRUCTURE}
+    assert study.main(checkout.config(proteins=both)) == 1
     first, second = checkout.calls
     assert second == first
     assert yaml.safe_load(checkout.paths[-1].read_text()) == {"exclude": {"p/c1": "draw_view: too small"}}
     checkout.codes, checkout.calls[:], checkout.work = [1], [], [fail]
-    assert (
-        study.main(checkout.config(exclude={"p/c1": "by hand"}, proteins={"p": STRUCTURE, "q": STRUCTURE}))
-        == 1
-    )
+    assert study.main(checkout.config(exclude={"p/c1": "by hand"}, proteins=both)) == 1
     assert len(checkout.calls) == 1
+    checkout.codes, checkout.calls[:], checkout.work = [1], [], [fail]  # nothing is left
+    assert study.main(checkout.config()) == 1 and len(checkout.calls) == 1
 
 
 def test_a_run_is_not_closed_where_a_job_of_a_batch_was_killed(checkout):
