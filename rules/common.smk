@@ -18,6 +18,8 @@ from sparsurf_study.workflow.ends import answers_of_run, reasons
 from sparsurf_study.config.memory import memory_of_grid
 from sparsurf_study.workflow.origin import note_config, origin_of
 from sparsurf_study.config.conformations import first_column, has_one_model, without_zeros
+from sparsurf_study.workflow.slurm import guard_slurm
+from sparsurf_study.workflow.stopping import end_jobs_on_sigterm
 
 # Before anything else: every process that Snakemake starts from here on inherits the path
 let_jobs_import_packages()
@@ -122,6 +124,9 @@ def changed_results(wildcards):
 
 def begin_run():
     """Say what is replaced or was changed after the run; its checksums are of finished results, which are about to change."""
+    end_jobs_on_sigterm()
+    if workflow.executor_plugin.name == "slurm":
+        guard_slurm()
     for name, state in CHANGED:
         print(f"{RUN / name} is {state}: it is computed again.", file=sys.stderr, flush=True)
     path_to_config = Path(*workflow.configfiles[:1] or [HOME / "config.yaml"]).resolve()

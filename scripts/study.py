@@ -72,7 +72,8 @@ def run_study(config: dict, files: Sequence[Path], options: Sequence[str]) -> in
 
 def snakemake(files: Sequence[Path], *options: str) -> tuple[int, bool]:
     """Run Snakemake, to which SIGTERM is passed on; return its exit code and whether a signal has stopped it."""
-    command = [sys.executable, "-m", "snakemake", "--nolock", "--configfile", *map(str, files), *options]
+    plain = [sys.executable, "-m", "snakemake", "--nolock", "--logger", "sparsurf"]
+    command = [*plain, "--configfile", *map(str, files), *options]
     process = subprocess.Popen(command, close_fds=False)  # it inherits the lock
     received: list[int] = []
 

@@ -15,6 +15,7 @@ PAGES = ("sparsurf/views/", "sparsurf_study/report/")  # no number follows from 
 # Nothing follows from commands, from the frame of jobs and from the names of outputs, which pages have among their parameters
 WITHOUT_RESULTS = (
     "sparsurf/cli/",
+    "snakemake_logger_plugin_sparsurf/",
     "sparsurf_study/workflow/",
     "sparsurf_study/config/",
     "sparsurf_study/manifest.",

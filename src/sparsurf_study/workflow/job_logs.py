@@ -6,6 +6,8 @@ from pathlib import Path
 
 ERROR_MARK, WARNING_MARK, PROGRESS = "ERROR ", "WARNING ", "PROGRESS "
 USED_MARK = "USED "  # last line of a job that finished
+SHOWN = "SPARSURF_SHOWN"  # variable of the environment: the terminal shows the errors of the logs
+COMPILING = "Compiling kernels (once, about half a minute)"
 OF_GROMACS = r"\d+ \[file .*\]:$"  # WARNING 1 [file topol.top, line 2315]:
 STOPPED = "it was stopped, by someone or by a time limit"
 NO_REASON = "it was killed, ran out of memory or disk, or was stopped before it could give a reason"
@@ -48,7 +50,12 @@ def failures_since(begin: float, logs: Path) -> Iterator[tuple[Path, str]]:
     """Yield the logs of the jobs that began after a time and did not finish, each with the reason in a sentence."""
     for log in sorted(logs.rglob("*.log")):
         if log.stat().st_mtime >= begin and not lines_after(log, USED_MARK):
-            yield log, [NO_REASON, *lines_after(log, ERROR_MARK)][-1]
+            yield log, reason_of(log)
+
+
+def reason_of(log: str | Path) -> str:
+    """Return why a job did not finish, in a sentence."""
+    return [NO_REASON, *lines_after(log, ERROR_MARK)][-1]
 
 
 def place_of_log(path: str | Path, logs: str | Path) -> tuple[str, str, str]:

@@ -14,14 +14,16 @@ import traceback
 import zlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppress
+from functools import partial
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
+from sparsurf import progress
 from sparsurf.errors import InputError
 from sparsurf.garbage import collect_rarely
 from sparsurf.messages import listening
 from sparsurf_study.settings import StudySettings, name_in_config
-from sparsurf_study.workflow.job_logs import ERROR_MARK, PROGRESS, STOPPED, USED_MARK
+from sparsurf_study.workflow.job_logs import COMPILING, ERROR_MARK, PROGRESS, SHOWN, STOPPED, USED_MARK
 
 if TYPE_CHECKING:
     from sparsurf.streams import Streams
@@ -79,6 +81,7 @@ def job(snakemake: Any) -> Iterator[Job]:
         handler = logging.StreamHandler(log)
         handler.setFormatter(logging.Formatter("%(levelname)s %(message)s"))
         logging.captureWarnings(True)
+        progress.before_compiling = partial(print, COMPILING, file=log)
         try:
             with listening(handler.handle, logging.INFO, log=logging.getLogger()):
                 yield Job(snakemake)
@@ -87,14 +90,14 @@ def job(snakemake: Any) -> Iterator[Job]:
             sentence = _sentence(error, snakemake)
             with suppress(OSError):  # the log may lie on the same full disk
                 print(f"{ERROR_MARK}{sentence}", file=log)
-            if sentence == STOPPED:
-                raise KeyboardInterrupt from None
             if getattr(snakemake, RAISE, False):
                 raise
-            print(f"\n  {sentence}\n", file=sys.__stderr__, flush=True)
+            if sentence != STOPPED and SHOWN not in os.environ:
+                print(f"\n  {sentence}\n", file=sys.__stderr__, flush=True)
             sys.exit(1)
         finally:
             logging.captureWarnings(False)
+            progress.before_compiling = None
 
 
 @contextmanager

@@ -82,7 +82,7 @@ def of_numba():
 @pytest.mark.parametrize("stop", [lambda: os.kill(os.getpid(), signal.SIGTERM), of_numba])
 def test_a_job_that_is_stopped_leaves_no_folder_and_says_so(snakemake, tmp_path, stop):
     before = signal.getsignal(signal.SIGTERM)
-    with pytest.raises(KeyboardInterrupt), jobs.job(snakemake), tempfile.TemporaryDirectory(dir=tmp_path):
+    with pytest.raises(SystemExit), jobs.job(snakemake), tempfile.TemporaryDirectory(dir=tmp_path):
         stop()
     signal.signal(signal.SIGTERM, before)
     assert failure(snakemake.log[0]) == job_logs.STOPPED

@@ -1,0 +1,101 @@
+"""SIGTERM ends a study within seconds, with every process of its jobs, and the next run ends in equal bytes."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from functools import partial
+
+import psutil
+import pytest
+
+import kills
+from conftest import ROOT
+
+ROUGHNESS = "results/one/one/c1/roughness.csv"
+SNAKEFILE = """
+from sparsurf_study.workflow.stopping import end_jobs_on_sigterm
+
+onstart:
+    end_jobs_on_sigterm()
+
+rule all:
+    input: "a", "b"
+
+rule deaf:  # a process that ignores the signal, as a kernel does, below a shell that does not
+    output: "{name}"
+    shell: "(trap '' TERM INT HUP; touch {wildcards.name}.begun; sleep 600); touch {output}"
+"""
+
+
+def wait_for(condition, process):
+    """Return the first true answer, while a process runs."""
+    deadline = time.monotonic() + 300
+    while time.monotonic() < deadline and process.poll() is None:
+        if answer := condition():
+            return answer
+        time.sleep(0.1)
+    raise AssertionError(f"it did not happen; exit code {process.poll()}")
+
+
+def below(process):
+    """Return the processes that another has started, and those that they have."""
+    return psutil.Process(process.pid).children(recursive=True)
+
+
+def test_jobs_that_ignore_the_signal_end_with_snakemake(tmp_path):
+    (tmp_path / "Snakefile").write_text(SNAKEFILE)
+    command = [sys.executable, "-m", "snakemake", "--cores", "2"]
+    environment = os.environ | {"PYTHONPATH": str(ROOT / "src")}
+    process = subprocess.Popen(command, cwd=tmp_path, env=environment)
+    wait_for(lambda: all((tmp_path / f"{name}.begun").exists() for name in "ab"), process)
+    jobs = below(process)
+    assert len(jobs) >= 2
+    process.terminate()
+    assert process.wait(60) != 0
+    assert not any(job.is_running() for job in jobs)
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory):
+    """A checkout whose study has run up to the roughness of its surface."""
+    folder = kills.checkout(tmp_path_factory.mktemp("stops") / "undisturbed")
+    assert kills.run(kills.study("one", ROUGHNESS), folder).returncode == 0
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("command", "signals"),
+    [
+        ("scripts/study.py one.yaml", [signal.SIGTERM]),
+        ("-m snakemake --configfile one.yaml", [signal.SIGTERM]),
+        ("scripts/study.py one.yaml", [signal.SIGINT]),
+        ("scripts/study.py one.yaml", [signal.SIGINT] * 2),
+    ],
+)
+def test_a_stopped_study_continues_to_the_bytes_of_an_undisturbed_one(
+    undisturbed, tmp_path, command, signals
+):
+    """SIGTERM reaches what the user has started alone, and Ctrl-C all processes of the terminal."""
+    folder, said = kills.checkout(tmp_path / "stopped"), tmp_path / "said"
+    whole = [*command.split(), "--cores", "2", ROUGHNESS]
+    own = {"env": os.environ | {"PYTHONPATH": str(ROOT / "src")}, "start_new_session": True}
+    own["preexec_fn"] = lambda: signal.signal(
+        signal.SIGINT, signal.SIG_DFL
+    )  # which the shell of a test may ignore
+    with said.open("w") as stream:
+        process = subprocess.Popen([sys.executable, *whole], cwd=folder, stdout=stream, stderr=stream, **own)
+        wait_for((folder / "results/one/logs/one/c1/compute_surface.log").exists, process)
+        jobs = below(process)
+        for number in signals:
+            (process.send_signal if number == signal.SIGTERM else partial(os.killpg, process.pid))(number)
+            time.sleep(0.5)
+        assert process.wait(60) != 0
+    assert jobs and not any(job.is_running() for job in jobs)
+    text = said.read_text()
+    assert "Failed" not in text and "Traceback" not in text, text
+    assert "Stopped. Finished results stay" in text or len(signals) > 1, text
+    assert kills.run(kills.study("one", ROUGHNESS), folder).returncode == 0
+    known, found = (kills.content(root / "results" / "one" / "one") for root in (undisturbed, folder))
+    assert found == known
