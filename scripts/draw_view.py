@@ -27,6 +27,7 @@ with job(snakemake) as s:
     order = farthest(prepared, min(len(dots), MAX_DOTS), streams("minimal", "farthest"))
     _, distance = read_reconstructed(s.input.reconstructed, len(dots))
     best = json.loads(Path(s.input.best).read_text(encoding="utf-8")) if s.input.best else None
+    on_atoms = with_atoms(dots, s.input.structure, s.settings)
     text = page(
         s.params.title,
         prepared,
@@ -38,9 +39,8 @@ with job(snakemake) as s:
         subset["dot"].tolist() if "dot" in subset else [],
         turn=along_smallest_axis(dots.points),
         first=FIRST_PAGE,
-        origin=origin_of_page(
-            with_atoms(dots, s.input.structure, s.settings), s.input.structure or s.input.surface
-        ),
+        origin=origin_of_page(on_atoms, s.input.structure or s.input.surface),
+        atoms=on_atoms.origin,
     )
     Path(s.output.page).write_text(text, encoding="utf-8")
     Image.fromarray(thumbnail(dots.points, dots.normals, roughness)).save(s.output.picture)

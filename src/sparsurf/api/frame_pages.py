@@ -147,7 +147,8 @@ def shown_frame(
     request: FramesRequest,
 ) -> ShownFrame:
     """Compute what a page shows of a frame: its surface as triangles at the positions `drawn`, (A, 3), and its residues."""
-    from sparsurf.views.explorer.shapes import MERGED_CELL, Shape, reduced
+    from sparsurf.surfaces.thinning import DENSITY_OF_PICTURES, coarsened
+    from sparsurf.views.explorer.shapes import Shape
 
     settings = Settings().model_copy(update={"surface": request.rules})
     frame = surface_of_frame(molecule, position, atom_radii, settings, Streams(name=NAME_IN_ERRORS))
@@ -158,12 +159,9 @@ def shown_frame(
         raise InputError(
             f"{NAME_IN_ERRORS}, frame {int(molecule.frame_number[position])}: {error.args[0]}"
         ) from None
-    shape = Shape(
-        mesh.vertices.points, mesh.triangles, molecule.residue_index[mesh.vertices.atom], drawn[atoms]
-    )
     columns = dict.fromkeys(("area", "mean_roughness", request.ranked_column))
     residues = residues_of_frame(frame, request, atom_radii, [*columns])
-    return ShownFrame(reduced(shape, MERGED_CELL)[0], residues)
+    return ShownFrame(Shape(coarsened(mesh, DENSITY_OF_PICTURES), drawn[atoms]), residues)
 
 
 def label_of_frame(molecule: Molecule, position: int) -> str:

@@ -13,7 +13,6 @@ import numpy as np
 from sparsurf.api.about import About, heard, refuse_missing_matplotlib
 from sparsurf.api.fields import DEFAULT_FIELDS
 from sparsurf.api.origin import rows_of_origin, rows_of_surface, shown_part
-from sparsurf.api.surfaces import MeshSize, mesh_of_atoms
 from sparsurf.api.whole import WholeSurface, whole_surface, with_patches
 from sparsurf.dot_fields.registry import compute_fields, label_and_unit
 from sparsurf.errors import InputError
@@ -188,8 +187,8 @@ def _drawn(surface: Surface, distance: float) -> DrawnMolecule | None:
     from scipy.spatial import cKDTree
 
     from sparsurf.recovery.mesh import mesh_of_dense
-    from sparsurf.surfaces.mesh import widest_step
-    from sparsurf.views.explorer.shapes import atoms_to_draw, shape_of
+    from sparsurf.surfaces.thinning import DENSITY_OF_PICTURES, coarsened, mesh_of_picture
+    from sparsurf.views.explorer.shapes import atoms_to_draw
     from sparsurf.views.overview.page import DrawnMolecule
 
     molecule, origin = surface.molecule, surface.origin
@@ -202,15 +201,15 @@ def _drawn(surface: Surface, distance: float) -> DrawnMolecule | None:
                     surface.points, surface.normals, STEP_PER_DISTANCE * distance, available_cores()
                 )
         else:
-            mesh = mesh_of_atoms(origin, MeshSize(None, None, widest_step(origin.rules.probe_radius)))
+            mesh = mesh_of_picture(origin, available_cores())
     except InputError:  # a grid around it does not fit into the memory
         return None
-    nearest = np.asarray(cKDTree(surface.points).query(mesh.vertices.points)[1])
     if distance:
+        nearest = np.asarray(cKDTree(surface.points).query(mesh.vertices.points)[1])
         mesh = replace(mesh, vertices=replace(mesh.vertices, atom=surface.atom[nearest]))
-    return DrawnMolecule(
-        molecule, shape_of(mesh, molecule, atoms_to_draw(molecule)[0], origin.frame), nearest
-    )
+        mesh = coarsened(mesh, DENSITY_OF_PICTURES)
+    atoms = atoms_to_draw(molecule)[0]
+    return DrawnMolecule(molecule, mesh, molecule.xyz[origin.frame][atoms])
 
 
 def _extent(surface: Surface, whole: WholeSurface | None, cavity: np.ndarray | None, is_whole: bool) -> Any:

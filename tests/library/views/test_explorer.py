@@ -20,6 +20,7 @@ from sparsurf.api import frame_pages
 from sparsurf.cli import command
 from sparsurf.views.explorer import page as explorer
 from sparsurf.views.explorer import shapes
+from sparsurf.views.viewer import packing
 
 TDP43 = ROOT / "data" / "tdp43" / "topology.pdb"
 READY = "document.body.dataset.ready"
@@ -74,6 +75,25 @@ def corners_of(header, columns, frame=0):
     return points, (np.cumsum(new) - new - codes).reshape(-1, 3)
 
 
+def is_closed(triangles):
+    """Assert that two triangles meet at every edge."""
+    edges = np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    assert (np.unique(edges, axis=0, return_counts=True)[1] == 2).all()
+
+
+def decoded_normals(u, v):
+    """The unit vectors of places on the unfolded octahedron."""
+    x, y = u / packing.OCTAHEDRON, v / packing.OCTAHEDRON
+    z = 1 - abs(x) - abs(y)
+    fold = z < 0
+    x, y = (
+        np.where(fold, (1 - abs(y)) * np.where(x < 0, -1, 1), x),
+        np.where(fold, (1 - abs(x)) * np.where(y < 0, -1, 1), y),
+    )
+    both = np.column_stack([x, y, z])
+    return both / np.linalg.norm(both, axis=1, keepdims=True)
+
+
 def residues_in_front(opened, html, place):
     """The residues of the corners of the triangle in front at a place of the canvas, in pixels from its middle."""
     header, columns = unpacked(html)
@@ -98,11 +118,12 @@ def test_the_triangles_of_the_page_lie_on_the_surface_and_carry_its_residues_and
     assert gap.max() < 0.5  # Å, the spacing of the dots
     edges = np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
     assert np.linalg.norm(np.diff(points[edges], axis=1), axis=2).max() < 4
-    area = (
-        np.linalg.norm(np.cross(*(points[triangles[:, k]] - points[triangles[:, 0]] for k in (1, 2))), axis=1)
-        / 2
-    )
-    assert area.sum() == pytest.approx(dots.area.sum(), rel=0.05)
+    across = np.cross(*(points[triangles[:, k]] - points[triangles[:, 0]] for k in (1, 2)))
+    assert np.linalg.norm(across, axis=1).sum() / 2 == pytest.approx(dots.area.sum(), rel=0.05)
+    is_closed(triangles)
+    facing = decoded_normals(columns["u0"], columns["v0"])
+    assert (facing * dots.normals[nearest]).sum(axis=1).mean() > 0.98
+    assert np.mean((across[:, None] * facing[triangles]).sum(axis=(1, 2)) < 0) < 1e-3  # turned inside out
     table = sparsurf.residues(dots)
     labels = [f"{row.residue_name} {row.residue} {row.chain}".strip() for row in table.itertuples()]
     assert header["residues"] == labels
@@ -128,7 +149,7 @@ def test_the_triangles_of_the_page_lie_on_the_surface_and_carry_its_residues_and
 def test_a_page_that_would_be_too_large_has_wider_triangles(dots):
     mesh = sparsurf.mesh(dots, step=0.7)
     atoms, *_ = shapes.atoms_to_draw(dots.molecule)
-    shape = shapes.shape_of(mesh, dots.molecule, atoms, 0)
+    shape = shapes.Shape(mesh, dots.molecule.xyz[0][atoms])
     rough = sparsurf.residues(dots)["mean_roughness"].to_numpy()[None]
     numbers = [explorer.ResidueValues("roughness", "", rough)]
     whole, small = (
@@ -138,9 +159,10 @@ def test_a_page_that_would_be_too_large_has_wider_triangles(dots):
         for size in (10**7, 60_000)
     )
     assert len(small) <= 60_000 < len(whole)
-    points, _ = corners_of(*unpacked(small))
+    points, triangles = corners_of(*unpacked(small))
     assert 200 < len(points) < len(corners_of(*unpacked(whole))[0])
     assert cKDTree(mesh.vertices.points).query(points)[0].max() < 2 * shapes.SHAPE_STEP
+    is_closed(triangles)
 
 
 def test_a_residue_chosen_anywhere_is_shown_everywhere(opened, dots, html):

@@ -36,7 +36,7 @@ function readShapes() {
       data[`${axis}${frame}`].forEach((value, i) => (places[3 * i + k] = head.step * (value - middle[k])));
       data[`atom ${axis}${frame}`].forEach((value, i) => (atoms[3 * i + k] = head.step * (before ? value : value - middle[k]) + (before ? before[3 * i + k] : 0)));
     });
-    head.shapes.push({ places, atoms, residues: data[`residue${frame}`], triangles: trianglesOf(data[`triangles${frame}`]) });
+    head.shapes.push({ places, atoms, facing: normals(data[`u${frame}`], data[`v${frame}`], head.octahedron), residues: data[`residue${frame}`], triangles: trianglesOf(data[`triangles${frame}`]) });
     before = atoms;
   }
 }
@@ -164,8 +164,8 @@ function sayOf(residue) {
 
 function showFrame(frame) {
   view.frame = frame;
-  const { places, triangles, residues } = head.shapes[frame];
-  scene.surface(places, triangles, residues);
+  const { places, triangles, residues, facing } = head.shapes[frame];
+  scene.surface(places, triangles, residues, facing);
   if (nFrames() > 1) {
     element("frame").value = frame;
     element("frame-text").textContent = head.frames[frame];

@@ -103,8 +103,7 @@ function makeMeshes(canvas, reach) {
   }
 
   return {
-    surface(places, triangles, residues) {
-      const normals = cornerNormals(places, triangles);
+    surface(places, triangles, residues, normals) {
       for (const solid of [solids.surface, solids.names]) {
         fill(solid, "place", places, gl.FLOAT, false);
         fill(solid, "normal", normals, gl.FLOAT, false);

@@ -8,21 +8,20 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.surfaces.formats.ply import viridis
 from sparsurf.views.explorer.shapes import (
-    COARSER,
-    MERGED_CELL,
     SHAPE_STEP,
     Shape,
     atoms_to_draw,
-    reduced,
     shape_columns,
+    sparser,
 )
 from sparsurf.views.render import along_smallest_axis
 from sparsurf.views.viewer import page as viewer
-from sparsurf.views.viewer.packing import in_steps, pack
+from sparsurf.views.viewer.packing import OCTAHEDRON, in_steps, pack
 
 MAX_EXPLORER_BYTES = 10_000_000  # of a page
 MAX_FRAMES = 100  # of a page
@@ -72,18 +71,18 @@ class DotsBelow:
     ----------
     values : of the dots, in whose colours the surface can be shown
     kind : (N,) int, of each dot, -1 where it is not known
-    nearest : (V,) int, the dot that is nearest to each corner of the triangles
+    points : (N, 3) Å
     opens : the colours that are shown first, 'corner 0' for those of the first values, or 'kind'
     """
 
     values: Sequence[viewer.DotValues]
     kind: np.ndarray
-    nearest: np.ndarray
+    points: np.ndarray
     opens: str = "corner 0"
 
-    def columns(self, kept: np.ndarray, scales: Sequence[dict[str, Any]]) -> dict[str, np.ndarray]:
-        """Return the columns of the corners that are kept, (n,), for the scale of each of the values."""
-        near = self.nearest[kept]
+    def columns(self, corners: np.ndarray, scales: Sequence[dict[str, Any]]) -> dict[str, np.ndarray]:
+        """Return the columns of corners (V, 3), which have the values of the nearest dots, for the scale of each."""
+        near = np.asarray(cKDTree(self.points).query(corners)[1])
         columns = {
             f"corner {k}": in_steps(values.values[near], scale["low"], scale["high"])
             for k, (values, scale) in enumerate(zip(self.values, scales, strict=True))
@@ -115,8 +114,8 @@ def around_molecule(
     """Return the page that `fill` makes around a packed molecule, of at most `max_bytes`.
 
     `shapes` are those of all frames, and `dots` are those of the only one, whose values colour the surface; else numbers of
-    residues do. The list of residues shows the first of the `numbers`, in the `order` of their positions. Corners are merged
-    within cells that are as small as the page can hold.
+    residues do. The list of residues shows the first of the `numbers`, in the `order` of their positions. A mesh that would
+    make the page too large is thinned until it fits.
     """
     atoms, trace, farthest = atoms_to_draw(molecule)
     elements, element = np.unique(molecule.element[atoms], return_inverse=True)
@@ -126,7 +125,8 @@ def around_molecule(
         "residues": [molecule.residue_label(atom) for atom in first],
         "elements": elements.tolist(),
         "step": SHAPE_STEP,
-        "turn": np.round(along_smallest_axis(shapes[0].points), 6).ravel().tolist(),
+        "octahedron": OCTAHEDRON,
+        "turn": np.round(along_smallest_axis(shapes[0].mesh.vertices.points), 6).ravel().tolist(),
         "stops": viridis(np.linspace(0, 1, viewer.N_COLOUR_STOPS)).tolist(),
         "frames": list(frames.labels),
         "areas": [round(area, 1) for area in frames.area],
@@ -139,17 +139,14 @@ def around_molecule(
     columns = {"element": element, "residue of atom": molecule.residue_index[atoms], "trace": trace}
     columns |= {"chain": chains, "farthest": farthest}
     columns |= {f"number {k}": _whole(values) for k, values in enumerate(numbers)}
-    cell = MERGED_CELL
-    shown, kept = list(shapes), [np.arange(len(shape.points)) for shape in shapes]
     while True:
-        for k, shape in enumerate(shown):
-            shown[k], chosen = reduced(shape, cell)
-            kept[k] = kept[k][chosen]
-        at_corners = dots.columns(kept[0], header["corners"]) if dots else {}
-        text = fill(pack(header, columns | at_corners | shape_columns(shown)))
+        placed = [shape.in_order() for shape in shapes]
+        at_corners = dots.columns(placed[0].mesh.vertices.points, header["corners"]) if dots else {}
+        of_shapes = shape_columns(placed, molecule.residue_index)
+        text = fill(pack(header, columns | at_corners | of_shapes))
         if len(text.encode()) <= max_bytes:
             return text
-        cell *= COARSER
+        shapes = [sparser(shape) for shape in shapes]
 
 
 def _described(values: ResidueValues) -> dict[str, Any]:

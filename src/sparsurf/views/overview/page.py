@@ -36,6 +36,7 @@ if TYPE_CHECKING:
 
     from sparsurf.evaluation.prepared_surface import PreparedSurface
     from sparsurf.molecules.molecule import Molecule
+    from sparsurf.surfaces.mesh import Mesh
 
 PAGE = "page.html.j2"
 MAX_LARGE_BYTES = 4_000_000  # of the page of a large surface, which stays smooth to turn
@@ -133,13 +134,14 @@ def overview(
     if drawn is not None and residues is not None:
         colour = opens[1] if opens else 0
         dots = DotsBelow(
-            shown, surface.kind, drawn.nearest, "kind" if colour == "kind" else f"corner {colour}"
+            shown, surface.kind, surface.points, "kind" if colour == "kind" else f"corner {colour}"
         )
         numbers, ranked = [*numbers_of_residues(residues)], roughest(residues, n=None).index
         in_list = [*ranked, *residues.index.difference(ranked)]
         limit = MAX_LARGE_BYTES if chosen_from else MAX_EXPLORER_BYTES
         limit = viewer.MAX_VIEWER_BYTES if links else limit
-        return around_molecule(fill, drawn.molecule, [drawn.shape], numbers, in_list, dots, max_bytes=limit)
+        shape = Shape(drawn.mesh, drawn.atoms)
+        return around_molecule(fill, drawn.molecule, [shape], numbers, in_list, dots, max_bytes=limit)
     return viewer.around_dots(
         fill, prepared, {"farthest": order}, residues=labels, values=values, minimal=kept, opens=opens or ("all", 0),
         turn=along_smallest_axis(surface.points),
@@ -149,11 +151,11 @@ def overview(
 
 @dataclass(frozen=True)
 class DrawnMolecule:
-    """The surface of a molecule as triangles, with the dot that is nearest to each corner, (V,) int."""
+    """The surface of a molecule as triangles, and the positions of the atoms below it, (A, 3) Å."""
 
     molecule: Molecule
-    shape: Shape
-    nearest: np.ndarray
+    mesh: Mesh
+    atoms: np.ndarray
 
 
 def numbers_of_residues(residues: pd.DataFrame) -> Iterator[ResidueValues]:

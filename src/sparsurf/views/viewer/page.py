@@ -28,12 +28,13 @@ from sparsurf.streams import Streams
 from sparsurf.surfaces.components import COMPONENT_FIELD, fields_without_component
 from sparsurf.surfaces.formats.ply import KIND_COLOURS, ROUGHNESS_LIMITS, VERTEX_GREY, limits_of, viridis
 from sparsurf.surfaces.spacing import spacing
+from sparsurf.surfaces.thinning import DENSITY_OF_PICTURES, mesh_of_picture
 from sparsurf.views.render import DISTANCE_LIMITS
 from sparsurf.views.viewer.packing import OCTAHEDRON, flat_normals, in_steps, pack
 
 if TYPE_CHECKING:
     from sparsurf.sampling.published import Cover
-    from sparsurf.surfaces.surface import Surface
+    from sparsurf.surfaces.surface import Surface, SurfaceOrigin
 
 MAX_DOTS = 100_000
 MAX_VIEWER_BYTES = 1_500_000  # of the page; browsers show no page above 1.57 MB in the frame of a report
@@ -79,6 +80,7 @@ def page(
     turn: np.ndarray | None = None,
     first: str = "",
     origin: Sequence[tuple[str, str]] = (),
+    atoms: SurfaceOrigin | None = None,
 ) -> str:
     """Render the page, with everything in one file of at most MAX_VIEWER_BYTES.
 
@@ -88,7 +90,7 @@ def page(
     structure, `values` are further values to colour by, and `minimal` the dots of the minimal subset. `opens` is the sampler
     that is shown first, and its colour: 0 for R_i, then those of `values`, or 'kind'. `up` links to the page of the run,
     rows of `turn`, the rotation of the first view, point right, up and to the viewer, and `first` links to the page with the
-    roughness of the surface and its residues. `origin` says in pairs where the page is from.
+    roughness of the surface and its residues. `origin` says in pairs where the page is from, and `atoms` lie below the dots.
     """
     rough = prepared.roughness
     named = {first: "Roughness and residues", up: "All of this run"}
@@ -110,7 +112,9 @@ def page(
             text = text.replace(mark, part)
         return text
 
-    return around_dots(fill, prepared, orders, grid, best, residues, values, minimal, opens, turn)
+    return around_dots(
+        fill, prepared, orders, grid, best, residues, values, minimal, opens, turn, origin=atoms
+    )
 
 
 def _origin_html(origin: Sequence[tuple[str, str]]) -> str:
@@ -131,10 +135,12 @@ def around_dots(
     opens: tuple[str, int | str] | None = None,
     turn: np.ndarray | None = None,
     minimal_is: str = "the subset minimal.csv",
+    origin: SurfaceOrigin | None = None,
 ) -> str:
     """Return the page that `fill` makes around the packed dots, of at most MAX_VIEWER_BYTES; the rest is as of `page`.
 
-    The page needs `style`, `main` and `script`, and the packed dots as `PACKED`. `minimal_is` names the dots of `minimal`.
+    The page needs `style`, `main` and `script`, and the packed dots as `PACKED`. `minimal_is` names the dots of `minimal`. The
+    surface below the dots is that of the atoms of `origin`, or else reconstructed.
     """
     surface = prepared.surface
     grid, best = pd.DataFrame(columns=[*PARAMETERS, "n_S_percent"]) if grid is None else grid, best or {}
@@ -143,7 +149,7 @@ def around_dots(
         scale = "rough", "flat"
         of_dots = DotValues("roughness R_i", "R_i", "", prepared.roughness, *scale, limits=ROUGHNESS_LIMITS)
         values = [of_dots, *values]
-    sheet, max_dots = sheet_columns(prepared, next(iter(orders.values()))), MAX_DOTS
+    sheet, max_dots = sheet_columns(prepared, next(iter(orders.values())), origin), MAX_DOTS
     if len(pack({}, sheet)) > MAX_SHARE_OF_SHEET * MAX_VIEWER_BYTES:
         sheet = {name: values[:0] for name, values in sheet.items()}
     while True:
@@ -334,16 +340,23 @@ def cover_columns(surface: Surface, dots: np.ndarray, cover: Cover) -> dict[str,
     }
 
 
-def sheet_columns(prepared: PreparedSurface, order: np.ndarray) -> dict[str, np.ndarray]:
-    """Return corners and triangles of the surface that is drawn below the dots, reconstructed from the first dots of an order.
+def sheet_columns(
+    prepared: PreparedSurface, order: np.ndarray, origin: SurfaceOrigin | None
+) -> dict[str, np.ndarray]:
+    """Return corners and triangles of the surface below the dots: of the atoms of `origin`, or else reconstructed from dots.
 
-    There are none where a surface is too large for a page, or where its dots do not enclose anything.
+    These are the first dots of an order. There are no triangles where a surface is too large for a page, or where its dots do
+    not enclose anything.
     """
     area = len(prepared.points) / prepared.density
     step = max(SHEET_GRID[0], math.sqrt(CORNERS_PER_CELL * area / MAX_CORNERS))
     few = order[: max(MIN_SHEET_DOTS, round(SHEET_DENSITY * area))]
     corners, triangles = np.empty((0, 3)), np.empty((0, 3), int)
-    if step <= SHEET_GRID[1] and len(few) >= MIN_SHEET_DOTS:
+    if origin is not None and step <= SHEET_GRID[1]:
+        with suppress(InputError):  # a grid around it does not fit into the memory
+            made = mesh_of_picture(origin, prepared.threads, min(DENSITY_OF_PICTURES, MAX_CORNERS / area))
+            corners, triangles = made.vertices.points, made.triangles
+    elif step <= SHEET_GRID[1] and len(few) >= MIN_SHEET_DOTS:
         with no_warnings(), suppress(InputError):
             made = recovered_mesh(
                 prepared.points[few], prepared.normals[few], step, 2 / step**2, threads=prepared.threads
