@@ -17,10 +17,9 @@ from sparsurf.sampling.combination import PARAMETERS, TABLE_1
 from sparsurf.streams import stream
 from sparsurf_study.analysis import grid
 from sparsurf_study.analysis.tables import range_index, range_limits
-from sparsurf_study.paper.verdict import MIN_P
+from sparsurf_study.paper.verdict import MEASURES, MIN_P, MIN_RUNS
 
 RUNS = 40  # as-published runs of the whole grid
-MEASURES = ("d", "Z_tS")
 PUBLISHED_CENTRES = 181  # of the patches that cover A1, as published
 SIMULATED_SUMS = 100_000  # sums of squares from which the p of all rows is taken
 
@@ -77,7 +76,8 @@ def winners(
 def place_published_values(runs: pd.DataFrame) -> pd.DataFrame:
     """Compare each published value with those of the winners of the runs: the rows of paper_places.csv.
 
-    p is the two-sided probability of a rank as extreme by chance; `inside` is 1 where it is at least 0.05.
+    p is the two-sided probability of a rank as extreme by chance; `inside` is 1 where it is at least 0.05, and NaN where fewer
+    than MIN_RUNS runs have a winner, among which no rank is as extreme.
     """
     published, out = pd.DataFrame(TABLE_1, range(1, len(TABLE_1) + 1)), []
     for k, of_range in runs.groupby("range", sort=False):
@@ -90,7 +90,7 @@ def place_published_values(runs: pd.DataFrame) -> pd.DataFrame:
         for name in MEASURES:
             statistics: dict[str, float] = {"published": float(expected[name])}
             statistics |= _rank(won[name].to_numpy(), statistics["published"]) if len(won) > 1 else {}
-            statistics.setdefault("inside", 0)
+            statistics.setdefault("inside", np.nan)
             row |= {f"{name}_{key}": value for key, value in statistics.items()}
         out.append(row)
     return pd.DataFrame(out)
@@ -102,7 +102,7 @@ def _rank(values: np.ndarray, published: float) -> dict[str, float]:
     statistics = {"mean": values.mean(), "sd": values.std(ddof=1)}
     statistics |= {"lowest": values.min(), "highest": values.max(), "n_below": n_below}
     p = min(1.0, 2 * (min(n_below, n_above) + 1) / (len(values) + 1))
-    return statistics | {"p": p, "inside": int(p >= MIN_P)}
+    return statistics | {"p": p, "inside": float(p >= MIN_P) if len(values) >= MIN_RUNS else np.nan}
 
 
 def joint_test(comparison: pd.DataFrame, name: str, leave_out: Sequence[int] = ()) -> dict[str, float]:

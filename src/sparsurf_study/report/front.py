@@ -16,7 +16,7 @@ import pandas as pd
 
 from sparsurf.evaluation.ranking import MIN_AREA
 from sparsurf.version import __version__
-from sparsurf_study.paper.verdict import MIN_RUNS, is_one_more_run
+from sparsurf_study.paper.verdict import MIN_RUNS, count_inside, is_one_more_run
 from sparsurf_study.report.first_page.batches import of_batches
 from sparsurf_study.report.first_page.frames import of_frames, of_simulations
 from sparsurf_study.report.first_page.grid import of_grid
@@ -128,9 +128,8 @@ def of_paper(run: Run) -> dict[str, Any] | None:
     places, tests = run.read("paper_places.csv"), run.read("paper_tests.csv")
     n_runs = int(places["n_runs"].max())
     return {
-        "n": len(places),
         "n_runs": n_runs,
-        "inside": {name: int(places[f"{name}_inside"].sum()) for name in ("d", "Z_tS")},
+        "inside": count_inside(places),
         "decided": n_runs >= MIN_RUNS,
         "reproduced": is_one_more_run(tests),
         "page": "verdict.html" if run.has("verdict.html") else "",

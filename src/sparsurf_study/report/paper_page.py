@@ -20,8 +20,7 @@ from sparsurf.sampling.combination import (
 )
 from sparsurf_study.analysis.rough_and_flat import MIN_TEST_DOTS
 from sparsurf_study.paper import replication
-from sparsurf_study.paper.published_runs import MEASURES
-from sparsurf_study.paper.verdict import MIN_RUNS, is_one_more_run
+from sparsurf_study.paper.verdict import MEASURES, MIN_RUNS, count_inside, is_one_more_run
 from sparsurf_study.report.numbers import against_zero, is_fragmented
 
 if TYPE_CHECKING:
@@ -29,7 +28,7 @@ if TYPE_CHECKING:
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 
 PAPER_TEMPLATE = "paper.html.j2"
-YES, NO = "yes", "no"
+YES, NO, TOO_FEW = "yes", "no", "too few runs"
 PUBLISHED_BEST = (1, 0, 6, 0)  # at alpha = 1
 ROW_OF_BEST = 5  # of Table I
 # Of Eq. 2, by the values of the parameters that are set to 0 or 1
@@ -150,13 +149,13 @@ def table1(
     def between(table: pd.DataFrame, name: str, low: str, high: str) -> int:
         return int(table[f"{name}_published"].between(table[f"{name}_{low}"], table[f"{name}_{high}"]).sum())
 
-    inside, n = {name: int(places[f"{name}_inside"].sum()) for name in MEASURES}, len(places)
+    inside, n = count_inside(places), len(places)
     published, low, high = rows["d_published"], rows[f"d_low_{FULL_READING}"], rows[f"d_high_{FULL_READING}"]
     opposite = ((published > 0) & (high < 0)) | ((published < 0) & (low > 0))
     of_means = f"low_{KEPT_READING}", f"high_{KEPT_READING}"
     return {
         "holds": {
-            KEPT_READING: f"d {inside['d']}, Z {inside['Z_tS']} of {n}",
+            KEPT_READING: f"d {inside['d']}, Z {inside['Z_tS']} of {inside['n']}" if inside["n"] else TOO_FEW,
             FULL_READING: answer(not opposite.any()),
         },
         "same": is_one_more_run(tests),
@@ -172,8 +171,23 @@ def table1(
         "below": {reading: int((rows[f"d_high_{reading}"] < 0).sum()) for reading in OF_ROWS},
         "bias": bias["d_bias"].mean(),
         "means": {name: between(rows, name, *of_means) for name in MEASURES},
-        "rows": [a | b for a, b in zip(rows.to_dict("records"), places.to_dict("records"), strict=True)],
+        "rows": [
+            a | b | {"inside": said_inside(b)}
+            for a, b in zip(rows.to_dict("records"), places.to_dict("records"), strict=True)
+        ],
+        "outside": [
+            f"{name.removesuffix('_tS')} of row {row}"
+            for name in MEASURES
+            for row in places.loc[places[f"{name}_inside"] == 0, "range"]
+        ],
     }
+
+
+def said_inside(row: dict[str, Any]) -> str:
+    """Say whether the published d and Z of a row lie in the central 95 % of its runs."""
+    if row["n_runs"] < MIN_RUNS:
+        return TOO_FEW
+    return ", ".join(answer(row[f"{name}_inside"] == 1) for name in MEASURES)
 
 
 def describe_winners(ranges: pd.DataFrame, places: pd.DataFrame) -> dict[str, Any]:
@@ -208,9 +222,15 @@ def best_at_one(best: dict[str, Any], grid: pd.DataFrame, places: pd.DataFrame) 
     ours = {reading: best[reading]["unrestricted"] for reading in GRID_READINGS}
     name = str(Combination(*PUBLISHED_BEST))
     run = places[places["range"] == ROW_OF_BEST].iloc[0]
-    holds = {key: answer(name in split_combinations(row["best_set"])) for key, row in ours.items()}
+    sets = {key: split_combinations(row["best_set"]) for key, row in ours.items()}
     return {
-        "holds": holds,
+        "holds": {
+            key: f"one of {len(best_set)}"
+            if name in best_set and len(best_set) > 1
+            else answer(name in best_set)
+            for key, best_set in sets.items()
+        },
+        "among": {key: name in best_set for key, best_set in sets.items()},
         "is_ours": str(Combination.from_row(ours[KEPT_READING])) == name,
         "ours": ours,
         "run": run.to_dict(),

@@ -301,7 +301,7 @@ def test_a_range_that_no_run_reached_shows_the_published_value_alone(monkeypatch
         places = places.assign(n_runs=places["n_runs"].where(places.index != 3, 0))
         for name in ("d", "Z_tS"):
             places.loc[3, [f"{name}_lowest", f"{name}_highest"]] = np.nan
-            places[f"{name}_inside"] = places[f"{name}_inside"].astype(int).where(places.index != 3, 0)
+            places[f"{name}_inside"] = places[f"{name}_inside"].astype(float).where(places.index != 3)
             rows.loc[3, f"{name}_full"] = np.nan
         return places, rows
 

@@ -521,7 +521,8 @@ def test_one_test_of_all_rows_decides_whether_table_1_is_reproduced(tmp_path, p,
         table.to_csv(tmp_path / name, index=False)
     answer = write_front(tmp_path / "index.html", [*files, "paper_places.csv", "paper_tests.csv"], {})[0]
     assert f"Is Table I of the paper reproduced? {word}" in text_of(tmp_path)
-    assert "1 of 4 published values of d and 2 of 4" in text_of(tmp_path)
+    counted = "1 of 4 published values of d and 2 of 4" if n_runs >= 40 else "39 runs were made as published"
+    assert counted in text_of(tmp_path)
     assert "verdict.html" not in page_of(tmp_path).links  # which this run does not have
     rows = [row[:3] for row in page_of(tmp_path).rows if "to" in row[0]]
     wanted = [

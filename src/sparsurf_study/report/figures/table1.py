@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Any
 
 import pandas as pd
@@ -58,8 +57,7 @@ def _panel(ax: Axes, places: pd.DataFrame, rows: pd.DataFrame, name: str) -> Non
     for y, row in enumerate(places.to_dict("records")):
         ends = [row[f"{name}_lowest"], row[f"{name}_highest"]]
         ax.plot(ends, [y, y], **RUNS_STYLE)
-        # A range that no run reached says nothing about the published value
-        is_outside = not row[f"{name}_inside"] and not any(map(math.isnan, ends))
+        is_outside = row[f"{name}_inside"] == 0  # unknown with too few runs
         ax.plot([row[f"{name}_published"]], [y], color=SAMPLED if is_outside else "black", **PUBLISHED_STYLE)
     ax.plot(rows[f"{name}_{FULL_READING}"], range(len(rows)), **OTHER)
     ax.set_ylim(len(rows) - 0.5, -0.5)
