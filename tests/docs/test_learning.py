@@ -25,6 +25,7 @@ N_CHAINS = 3
 SAVE = """
 import pickle
 pickle.dump([data[k] for k in range(len(data))], open("data.pickle", "wb"))
+assert all(part.flags.writeable for part in data[0])  # of a read-only array, PyTorch warns
 by_residue.rename("mean").to_csv("by_residue.csv")
 """
 
