@@ -1,22 +1,29 @@
-"""Accessible, excluded and buried areas by atom, residue and chain."""
+"""Accessible, excluded and buried areas by atom, residue, chain and group, and what touches what."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import combinations
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sparsurf.api.inputs import MoleculeLike, as_spheres, refuse_dots
+from sparsurf.api.inputs import (
+    MoleculeLike,
+    as_molecule,
+    as_spheres,
+    is_file_of_spheres,
+    is_pair,
+    refuse_dots,
+)
 from sparsurf.arguments import PROBE, RadiiTable, check_choice
-from sparsurf.errors import InputError
+from sparsurf.errors import InputError, argument
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.residues import standard_name
+from sparsurf.molecules.selection import POLYMERS, Groups, Partners, groups_of_atoms, partners_of_atoms
 from sparsurf.suggestions import public
-from sparsurf.surfaces.areas import areas_of_spheres
+from sparsurf.surfaces.areas import areas_of_spheres, contacts_of_spheres
 from sparsurf.surfaces.radii import PROBE_RADIUS, RADII
 from sparsurf.surfaces.radii import radii as radii_of
 
@@ -30,6 +37,8 @@ MAX_ACCESSIBLE_AREA = {
     "ILE": 197.0, "LEU": 201.0, "LYS": 236.0, "MET": 224.0, "PHE": 240.0, "PRO": 159.0, "SER": 155.0, "THR": 172.0, "TRP": 285.0,
     "TYR": 263.0, "VAL": 174.0,
 }  # fmt: skip
+MAIN_CHAIN = ("N", "CA", "C", "O", "OXT", "OT1", "OT2", "P", "OP1", "OP2", "OP3", "O1P", "O2P", "O3P")
+POLAR_ELEMENTS = ("N", "O")
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,11 +49,13 @@ class Areas:
     ----------
     accessible : (A,) float64, Å^2, solvent-accessible area, where the centre of a probe that touches the atom can be
     excluded : (A,) float64, Å^2, area of the solvent-excluded surface, which the probe touches or bridges
-    buried : (A,) float64, Å^2, accessible area of the atom's chain alone that the other chains take
+    buried : (A,) float64, Å^2, accessible area of the atom where its partner is alone that the other partners take
     probe_radius : float, Å, of the probe
     table : name of the table of radii, None for spheres
     molecule : Molecule, or None for spheres
     frame : int, position of its frame
+    partners : the partner of each atom, its group or by default its chain or ligand; None for spheres
+    has_groups : bool, whether groups were named
     """
 
     accessible: NDArray[np.float64]
@@ -54,6 +65,8 @@ class Areas:
     table: str | None = None
     molecule: Molecule | None = None
     frame: int = 0
+    partners: Partners | None = None
+    has_groups: bool = False
 
     def __repr__(self) -> str:
         return (
@@ -79,10 +92,12 @@ class Areas:
 
     @cached_property
     def residues(self) -> pd.DataFrame:
-        """Table of residues: chain, residue, residue_name, accessible, excluded, relative and buried.
+        """Table of residues: chain, residue, residue_name, accessible, excluded, relative, buried, and parts of `accessible`.
 
         The relative area is the accessible one over the largest that the residue can have (Tien et al., PLoS ONE 8:e80635, 2013);
-        NaN for residues that have no such maximum, such as nucleotides and ligands.
+        NaN for residues that have no such maximum, such as nucleotides and ligands. The parts are those of `main_chain` and
+        `side_chain` of polymers, neither of which counts ligands, and of `polar` atoms (N and O) and all others (`apolar`);
+        hydrogens count as the atom that they are bonded to.
         """
         molecule = self._known_molecule("residues")
         table = molecule.residues.assign(**self._sums(molecule.residue_index))
@@ -91,48 +106,70 @@ class Areas:
 
     @cached_property
     def chains(self) -> pd.DataFrame:
-        """Table of chains: chain, accessible, excluded and buried."""
-        import pandas as pd
+        """Table of chains of polymers, and of each ligand by itself: chain, and the areas of `residues`."""
+        return self._table_of("chain", partners_of_atoms(self._known_molecule("chains")))
 
-        chain = self._known_molecule("chains").chain
-        numbers, names = pd.factorize(chain)
-        return pd.DataFrame({"chain": names} | self._sums(numbers))
+    @cached_property
+    def groups(self) -> pd.DataFrame:
+        """Table of groups, by default those of `chains`: group, and the areas of `residues`."""
+        self._known_molecule("groups")
+        assert self.partners is not None  # of a molecule
+        return self._table_of("group", self.partners)
+
+    @cached_property
+    def contacts(self) -> pd.DataFrame:
+        """Table of contacts: chain, residue, residue_name, partner, and the area of the residue that the partner buries.
+
+        The area is that of the residue's group and the partner where only these two are present. Pairs that bury nothing are
+        left out.
+        """
+        molecule, (atom, partner, buried) = self._known_molecule("contacts"), self._contacts
+        assert self.partners is not None  # of a molecule
+        return table_of_contacts(molecule, self.partners, molecule.residue_index[atom], partner, buried)
 
     @cached_property
     def pairs(self) -> pd.DataFrame:
-        """Table of pairs of chains: chain, other, and the accessible area of `chain` that `other` buries where both are alone.
+        """Table of pairs of partners: chain, or group, other, and the accessible area that `other` buries where both are alone.
 
-        Each pair has two rows, one for each of its chains; pairs that bury nothing are left out.
+        Each pair has two rows, one for each of the two; pairs that bury nothing are left out.
         """
         import pandas as pd
 
-        molecule = self._known_molecule("pairs")
-        xyz, radii = molecule.xyz[self.frame].round(3), radii_of(molecule, self.table or "dms")
-        reach = 2 * (radii.max() + self.probe_radius)
-        rows = []
-        for names in combinations(dict.fromkeys(molecule.chain.tolist()), 2):
-            of_chain = [molecule.chain == name for name in names]
-            low = np.array([xyz[mask].min(axis=0) for mask in of_chain])
-            high = np.array([xyz[mask].max(axis=0) for mask in of_chain])
-            if (low.max(axis=0) - high.min(axis=0) > reach).any():
-                continue
-            together = of_chain[0] | of_chain[1]
-            chain = molecule.chain[together]
-            areas_of_two = areas_of_spheres(
-                xyz[together], radii[together], self.probe_radius, chain, with_excluded=False
-            )
-            buried = areas_of_two.buried
-            if buried.any():
-                rows += [(a, b, buried[chain == a].sum()) for a, b in (names, names[::-1])]
-        return pd.DataFrame(rows, columns=["chain", "other", "buried"])
+        self._known_molecule("pairs")
+        assert self.partners is not None  # of a molecule
+        atom, other, buried = self._contacts
+        names, n = np.array(self.partners.names), len(self.partners.names)
+        pair = self.partners.number[atom] * n + other
+        sums = np.bincount(pair, buried, n * n)
+        listed = sorted(np.flatnonzero(sums).tolist(), key=lambda k: (*sorted(divmod(k, n)), k))
+        first, second = np.divmod(np.array(listed, int), n)
+        column = "group" if self.has_groups else "chain"
+        return pd.DataFrame({column: names[first], "other": names[second], "buried": sums[listed]})
+
+    @cached_property
+    def _contacts(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Atoms, the partners that bury some of their area, and that area."""
+        assert self.molecule is not None and self.partners is not None
+        xyz, radii = self.molecule.xyz[self.frame].round(3), radii_of(self.molecule, self.table or "dms")
+        return contacts_of_spheres(xyz, radii, self.probe_radius, self.partners.number)
 
     @property
     def _areas(self) -> dict[str, np.ndarray]:
         return {"accessible": self.accessible, "excluded": self.excluded, "buried": self.buried}
 
     def _sums(self, groups: np.ndarray) -> dict[str, np.ndarray]:
-        """Return the sums of the areas over atoms of the same number, (A,) from 0."""
-        return {name: np.bincount(groups, values) for name, values in self._areas.items()}
+        """Return the sums of the areas, and of parts of the accessible one, over atoms of the same number, (A,) from 0."""
+        molecule = self._known_molecule("sums")
+        parts = {
+            name: mask * self.accessible for name, mask in parts_of_residues(molecule, self.frame).items()
+        }
+        return {name: np.bincount(groups, values) for name, values in (self._areas | parts).items()}
+
+    def _table_of(self, name: str, partners: Partners) -> pd.DataFrame:
+        """Return the sums of the areas over the atoms of each partner."""
+        import pandas as pd
+
+        return pd.DataFrame({name: partners.names} | self._sums(partners.number))
 
     def _known_molecule(self, table: str) -> Molecule:
         """Return the molecule; raise InputError for spheres, which have no table of residues and chains."""
@@ -148,8 +185,9 @@ def areas(
     frame: int = 0,
     probe_radius: float = PROBE_RADIUS,
     radii: RadiiTable = "dms",
+    groups: Groups | None = None,
 ) -> Areas:
-    """Compute the solvent-accessible and solvent-excluded area of each atom, residue and chain, and what chains bury, exactly.
+    """Compute the solvent-accessible and solvent-excluded area of atoms, residues and chains, and what these bury, exactly.
 
     All areas follow from the positions of the rolled probe by formulas, without dots. They count the walls of cavities in which a
     probe fits.
@@ -164,19 +202,25 @@ def areas(
         Radius of the probe, Å (default 1.4).
     radii : {'dms', 'bondi'}
         Table of atomic radii (default 'dms', with which `excluded` is the area of the dots of `surface`).
+    groups : str or sequence, optional
+        Partners that bury each other, as 'H,L+G' or ["H,L", "G"]. A group lists chains, ranges of residues such as 'A:10-52' and
+        names of ligands; an atom belongs to the group that names it most closely: by its ligand, else by its range, else by its
+        chain, whose letter ligands may bear. Atoms of no group are absent. By default, each chain of polymers and each ligand
+        that is read is a partner by itself, and all waters together are one.
 
     Returns
     -------
     Areas
-        `accessible`, `excluded` and `buried` (A,) in Å^2; the tables `atoms`, `residues` and `chains` with their sums, of which
-        that of residues has the accessible area as a share of the largest possible one (`relative`); and the table `pairs`, with
-        the area of each chain that each other chain buries.
+        `accessible`, `excluded` and `buried` (A,) in Å^2; the tables `atoms`, `residues`, `chains` and `groups` with their sums.
+        That of residues has the accessible area as a share of the largest possible one (`relative`), and all but that of atoms
+        have the accessible area of main chains, side chains, polar and apolar atoms. The table `pairs` has the area of each
+        partner that each other one buries, and the table `contacts` that of each residue.
 
     Raises
     ------
     InputError
-        The molecule cannot be read or holds dots, atoms of two chains have the same position, or an argument is outside of its
-        limits.
+        The molecule cannot be read or holds dots, atoms of two partners have the same position, groups do not fit the molecule,
+        or an argument is outside of its limits.
 
     Notes
     -----
@@ -202,21 +246,50 @@ def areas(
     probe_radius = PROBE.check(probe_radius, "probe_radius")
     check_choice(radii, [*RADII], "radii")
     refuse_dots("areas", molecule)
+    if groups is not None:
+        if is_pair(molecule) or is_file_of_spheres(molecule):
+            raise InputError(f"{argument('groups')}: spheres have no chains; give a structure.")
+        molecule = as_molecule(cast("MoleculeLike", molecule), groups)
     atoms, frame, atom_radii = as_spheres(molecule, frame, radii)
-    xyz, of_molecule = atoms.xyz[frame].round(3), atoms if isinstance(atoms, Molecule) else None
-    chain = np.zeros(len(atom_radii), int) if of_molecule is None else of_molecule.chain
-    if of_molecule is not None:
-        refuse_overlapping_chains(of_molecule, xyz)
-    computed = areas_of_spheres(xyz, atom_radii, probe_radius, chain)
+    xyz = atoms.xyz[frame].round(3)
+    if not isinstance(atoms, Molecule):
+        computed = areas_of_spheres(xyz, atom_radii, probe_radius, np.zeros(len(atom_radii), int))
+        return Areas(computed.accessible, computed.excluded, computed.buried, probe_radius)
+    partners = partners_of_atoms(atoms) if groups is None else groups_of_atoms(atoms, groups)
+    refuse_overlapping_partners(atoms, partners, xyz)
+    computed = areas_of_spheres(xyz, atom_radii, probe_radius, partners.number)
     return Areas(
-        computed.accessible,
-        computed.excluded,
-        computed.buried,
-        probe_radius,
-        None if of_molecule is None else radii,
-        of_molecule,
-        frame,
-    )
+        computed.accessible, computed.excluded, computed.buried, probe_radius, radii, atoms, frame, partners, groups is not None
+    )  # fmt: skip
+
+
+def parts_of_residues(molecule: Molecule, frame: int) -> dict[str, np.ndarray]:
+    """Return masks (A,) of atoms of main chains and side chains, polar and apolar; hydrogens are as what they bind to."""
+    bound = np.arange(molecule.n_atoms)
+    if not molecule.heavy.all():
+        from scipy.spatial import cKDTree  # here: most structures have no hydrogens
+
+        heavy = np.flatnonzero(molecule.heavy)
+        bound[~molecule.heavy] = heavy[
+            cKDTree(molecule.xyz[frame][heavy]).query(molecule.xyz[frame][~molecule.heavy])[1]
+        ]
+    name = molecule.name[bound].astype(str)
+    of_sugar = (molecule.kind == "nucleic") & (np.char.endswith(name, "'") | np.char.endswith(name, "*"))
+    polymer = np.isin(molecule.kind, POLYMERS)
+    main_chain = polymer & (np.isin(name, MAIN_CHAIN) | of_sugar)
+    polar = np.isin(molecule.element[bound], POLAR_ELEMENTS)
+    return {"main_chain": main_chain, "side_chain": polymer & ~main_chain, "polar": polar, "apolar": ~polar}
+
+
+def table_of_contacts(
+    molecule: Molecule, partners: Partners, residue: np.ndarray, partner: np.ndarray, buried: np.ndarray
+) -> pd.DataFrame:
+    """Return the table of contacts of residues (n,) with partners (n,), in which equal ones are summed."""
+    n = len(partners.names)
+    sums = np.bincount(residue * n + partner, buried)
+    listed = np.flatnonzero(sums)
+    table = molecule.residues.iloc[listed // n].reset_index(drop=True)
+    return table.assign(partner=np.array(partners.names)[listed % n], buried=sums[listed])
 
 
 def maximal_areas(residue_name: np.ndarray) -> np.ndarray:
@@ -226,16 +299,16 @@ def maximal_areas(residue_name: np.ndarray) -> np.ndarray:
     )
 
 
-def refuse_overlapping_chains(molecule: Molecule, xyz: np.ndarray) -> None:
-    """Raise InputError if atoms of two chains have the same position: which chain buries which cannot be said."""
-    if len(np.unique(molecule.chain)) == 1:
+def refuse_overlapping_partners(molecule: Molecule, partners: Partners, xyz: np.ndarray) -> None:
+    """Raise InputError if atoms of two partners have the same position: which buries which cannot be said."""
+    if len(partners.names) == 1:
         return
     _, first, position = np.unique(xyz, axis=0, return_index=True, return_inverse=True)
     twin = first[position.ravel()]
-    twice = np.flatnonzero(molecule.chain != molecule.chain[twin])
+    twice = np.flatnonzero(partners.number != partners.number[twin])
     if len(twice):
         labels = " and ".join(molecule.residue_label(atom) for atom in (twin[twice[0]], twice[0]))
         raise InputError(
-            f"areas: {len(twice)} atoms lie at the position of an atom of another chain, the first ones in {labels}; choose "
-            "chains that do not overlap."
+            f"areas: {len(twice)} atoms lie at the position of an atom of another chain or ligand, the first ones in {labels}; "
+            "choose chains and ligands that do not overlap."
         )

@@ -1,4 +1,4 @@
-"""The surface of every frame of a trajectory as tables: of residues in frames, of frames, and of ranked residues."""
+"""The surface of every frame of a trajectory as tables: of residues in frames, of frames, ranked residues and contacts."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, overload
 import numpy as np
 
 from sparsurf import kinds
-from sparsurf.api.areas import maximal_areas, refuse_overlapping_chains
+from sparsurf.api.areas import maximal_areas, refuse_overlapping_partners
 from sparsurf.api.field_values import check_fields
 from sparsurf.api.inputs import MoleculeLike, as_molecule, opened_source
 from sparsurf.api.parts import (
@@ -24,6 +24,7 @@ from sparsurf.api.parts import (
 )
 from sparsurf.api.points import JOBS
 from sparsurf.api.replacing import (
+    COLUMNS_OF_CONTACTS,
     COLUMNS_OF_RANKING,
     FRAME_COLUMNS,
     beside_frames,
@@ -52,6 +53,7 @@ from sparsurf.evaluation.residues import residue_table
 from sparsurf.files import import_pyarrow
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.molecules.selection import Groups, Partners, groups_of_atoms, partners_of_atoms
 from sparsurf.molecules.source import Source
 from sparsurf.molecules.trajectory import warn_of_stride
 from sparsurf.patches.index import D_LINK
@@ -59,7 +61,7 @@ from sparsurf.progress import Progress
 from sparsurf.settings import Settings
 from sparsurf.streams import Streams
 from sparsurf.suggestions import did_you_mean, public
-from sparsurf.surfaces.areas import areas_of_frame
+from sparsurf.surfaces.areas import areas_of_frame, contacts_of_frame
 from sparsurf.surfaces.components import columns_of_components, summarize_components, without_cavities
 from sparsurf.surfaces.molecular_surface import RolledFrame
 from sparsurf.surfaces.radii import PROBE_RADIUS
@@ -76,6 +78,7 @@ log = logging.getLogger("sparsurf")
 FORMATS = kinds.suffixes("frames")
 FRAMES_PER_PART = 10  # that are stored together, and computed again after a stop
 OF_FRAMES = ("xyz", "time_ps", "frame_number")  # arrays of a molecule with a row for each frame
+TOUCHED_AREA = 1.0  # Å^2, that a partner buries of a residue that it touches
 EXACT_AREAS = ("accessible", "relative", "buried")
 RESIDUE_COLUMNS = ("area", "mean_roughness", "depth", *EXACT_AREAS)
 # by which residues are ranked without a field
@@ -90,11 +93,13 @@ class FrameTables(NamedTuple):
     residues : DataFrame, one row per residue in each frame
     frames : DataFrame, one row per frame
     ranking : DataFrame, one row per residue, with the one that changes most first
+    contacts : DataFrame, one row per residue and partner that buries some of it
     """
 
     residues: pd.DataFrame
     frames: pd.DataFrame
     ranking: pd.DataFrame
+    contacts: pd.DataFrame
 
 
 class FramesRequest(NamedTuple):
@@ -104,6 +109,7 @@ class FramesRequest(NamedTuple):
     fields: tuple[FieldLike, ...]
     rank: str = RANK  # name of the quantity by which residues are ranked
     rank_by: Ranking = RANK_BY
+    groups: Groups | None = None
 
     @property
     def names(self) -> list[str]:
@@ -122,10 +128,11 @@ class FramesRequest(NamedTuple):
 
 
 class Part(NamedTuple):
-    """The numbers of some frames: (n, columns) of frames and (n, residues, columns) of residues."""
+    """The numbers of some frames: (n, columns) of frames, (n, residues, columns) of residues, and (m, 3) of contacts."""
 
     frames: np.ndarray
     residues: np.ndarray
+    contacts: np.ndarray  # residue, partner and buried area, frame after frame
 
 
 @overload
@@ -141,6 +148,7 @@ def frames(
     cavities: Cavities = ...,
     rank: FieldLike = ...,
     rank_by: Ranking = ...,
+    groups: Groups | None = ...,
     jobs: int = ...,
 ) -> FrameTables: ...
 
@@ -158,6 +166,7 @@ def frames(
     cavities: Cavities = ...,
     rank: FieldLike = ...,
     rank_by: Ranking = ...,
+    groups: Groups | None = ...,
     jobs: int = ...,
 ) -> None: ...
 
@@ -175,6 +184,7 @@ def frames(
     cavities: Cavities = "keep",
     rank: FieldLike = RANK,
     rank_by: Ranking = RANK_BY,
+    groups: Groups | None = None,
     jobs: int = 1,
 ) -> FrameTables | None:
     """Measure the surface of every frame of a trajectory: area, roughness, depth and fields of each residue.
@@ -188,9 +198,10 @@ def frames(
     trajectory : path, optional
         Trajectory that belongs to the structure `molecule`.
     path : str or Path, optional
-        File in .parquet or .csv for the table of residues; the other two are written next to it, as run_frames.csv and
-        run_ranking.csv next to run.csv, where they replace only such tables. A call that was stopped continues from the frames
-        that were finished, unless a field is a function of your own, and writes the same bytes. Parquet needs pyarrow.
+        File in .parquet or .csv for the table of residues; the others are written next to it, as run_frames.csv,
+        run_ranking.csv and run_contacts.csv next to run.csv, where they replace only such tables. A call that was stopped
+        continues from the frames that were finished, unless a field is a function of your own, and writes the same bytes. Parquet
+        needs pyarrow.
     stride : int
         Measure every stride-th frame (default 1, all frames).
     fields : str, callable, or sequence of these
@@ -207,6 +218,8 @@ def frames(
         that can change.
     rank_by : {'sd', 'range'}
         Whether the standard deviation over the frames counts, or the highest minus the lowest value (default 'sd').
+    groups : str or sequence, optional
+        Partners that bury each other, as in `areas`; atoms of no group are absent (default: each chain and each ligand).
     jobs : int
         Number of processes (default 1); the results do not depend on it.
 
@@ -222,8 +235,10 @@ def frames(
         (standard deviation; NaN of fewer than two values), lowest, highest and range of that column over the frames in which it
         has a value, of which there are `frames` (a buried residue has no roughness), and mean_area (Å^2). Residues with less
         than 20 Å^2 of area in the mean, with a value in fewer than half of the frames, or without a change are not ranked: they
-        come last, without a `rank`. None if `path` is given: memory then does
-        not grow with the number of frames.
+        come last, without a `rank`. `contacts`, with a row for each residue and
+        each partner that buries some of it: chain, residue, residue_name, partner, occupancy (the share of the frames in which
+        the partner buries at least 1 Å^2), and the mean over all frames and the highest value of the buried area (Å^2), which is
+        that of `areas(...).contacts`. None if `path` is given: memory then does not grow with the number of frames.
 
     Raises
     ------
@@ -234,7 +249,7 @@ def frames(
     Notes
     -----
     The numbers of a frame are those of `residues(surface(molecule, frame=...))`, and its exact areas `accessible`, `relative` and
-    `buried` (by other chains) those of `areas(molecule, frame=...)`, except that `cavities="remove"` takes the walls of cavities
+    `buried` (by its partners) those of `areas(molecule, frame=...)`, except that `cavities="remove"` takes the walls of cavities
     out of the accessible area.
 
     Examples
@@ -250,7 +265,7 @@ def frames(
     """
     stride, jobs = STRIDE.check(stride, "stride"), JOBS.check(jobs, "jobs")
     rules = placement(PROBE.check(probe_radius, "probe_radius"), "auto", radii, cavities)
-    request = frames_request("frames", rules, fields, rank, rank_by)
+    request = frames_request("frames", rules, fields, rank, rank_by)._replace(groups=groups)
     if path is not None:
         parse_output(path, FORMATS)
         refuse_replacing(path, (molecule, trajectory), beside_frames(path))
@@ -260,16 +275,19 @@ def frames(
             "frames: a trajectory belongs to the path of a structure; give that as the molecule."
         )
     if isinstance(source, Source):
-        atoms = read_molecule(source, trajectory, stride=stride)
+        atoms = read_molecule(source, trajectory, stride=stride, groups=groups)
     else:
-        atoms = _every(as_molecule(source), stride)
+        atoms = _every(as_molecule(source, groups), stride)
     if path is None:
         import pandas as pd  # here: it takes long to load
 
         parts = [*_parts(atoms, request, jobs)]
         tables = zip(*(_tables(atoms, request, *part) for part in parts), strict=True)
         residues, of_frames = (pd.concat(column, ignore_index=True) for column in tables)
-        return FrameTables(residues, of_frames, _ranking(atoms, request, lambda: (part for part, _ in parts)))
+        ranking = _ranking(atoms, request, lambda: (part for part, _ in parts))
+        return FrameTables(
+            residues, of_frames, ranking, _contacts(atoms, request, (part for part, _ in parts))
+        )
     write_frames(atoms, request, path, jobs)
     return None
 
@@ -315,6 +333,38 @@ def _ranking(molecule: Molecule, request: FramesRequest, parts: Callable[[], Ite
     return table[[*COLUMNS_OF_RANKING]].reset_index(drop=True)
 
 
+def partners_of_request(molecule: Molecule, request: FramesRequest) -> Partners:
+    """Return the partners of which the buried areas are requested."""
+    return (
+        partners_of_atoms(molecule) if request.groups is None else groups_of_atoms(molecule, request.groups)
+    )
+
+
+def _contacts(molecule: Molecule, request: FramesRequest, parts: Iterator[Part]) -> pd.DataFrame:
+    """Return the table of contacts of all frames."""
+    names = np.array(partners_of_request(molecule, request).names)
+    keys, sums = np.zeros(0, int), np.zeros((3, 0))  # number of frames, sum and highest of the buried area
+    for part in parts:
+        residue, partner = part.contacts[:, :2].astype(int).T
+        buried, n_before = part.contacts[:, 2], len(keys)
+        keys, row = np.unique(np.concatenate([keys, residue * len(names) + partner]), return_inverse=True)
+        new = np.zeros((3, len(keys)))
+        new[:, row[:n_before]] = sums
+        np.add.at(new[0], row[n_before:], buried >= TOUCHED_AREA)
+        np.add.at(new[1], row[n_before:], buried)
+        np.maximum.at(new[2], row[n_before:], buried)
+        sums = new
+    table = molecule.residues.iloc[keys // len(names)].reset_index(drop=True)
+    shares = sums[:2] / molecule.n_frames
+    columns = {
+        "partner": names[keys % len(names)],
+        "occupancy": shares[0],
+        "mean": shares[1],
+        "highest": sums[2],
+    }
+    return table.assign(**columns)[[*COLUMNS_OF_CONTACTS]]
+
+
 class Written(NamedTuple):
     """What `write_frames` has written: how many frames, those of them that were finished before, and the ranked residues."""
 
@@ -344,10 +394,12 @@ def write_frames(molecule: Molecule, request: FramesRequest, path: str | Path, j
                 yield _tables(molecule, request, _read_part(file), first)[column]
 
         ranking = _ranking(molecule, request, lambda: (_read_part(file) for file, _ in parts))
+        contacts = _contacts(molecule, request, (_read_part(file) for file, _ in parts))
         outputs = {
             path: lambda: tables(0),
             path_of_frames(path): lambda: tables(1),
             path_of_frames(path, "ranking"): lambda: iter([ranking]),
+            path_of_frames(path, "contacts"): lambda: iter([contacts]),
         }
         for output, of_output in outputs.items():
             write_file(output, FORMATS, {name: _writer(name, of_output()) for name in FORMATS})
@@ -368,20 +420,36 @@ def part_of_frames(molecule: Molecule, request: FramesRequest, first: int, last:
     """Measure the frames from position `first` up to `last`."""
     atom_radii = atomic_radii(molecule, request.rules.radii)
     settings = Settings().model_copy(update={"surface": request.rules})
-    rows, tables = [], []
+    rows, tables, contacts = [], [], [np.zeros((0, 3))]
+    partners = partners_of_request(molecule, request)
     for position in range(first, last):
         frame = surface_of_frame(molecule, position, atom_radii, settings, Streams(name="frames"), threads)
-        table = residues_of_frame(frame, request, atom_radii, request.columns)
+        table = residues_of_frame(frame, request, atom_radii, request.columns, partners)
+        contacts.append(_contacts_of_frame(frame, partners))
         parts = summarize_components(columns_of_components(frame.surface, frame.component))
         sums = {name: table[name].sum() for name in ("accessible", "buried")}
         columns = frame.columns | parts | sums | {"dots": len(frame.surface)}
         rows.append([columns[name] for name in FRAME_COLUMNS])
         tables.append(table.to_numpy(float))
-    return Part(np.array(rows, float), np.array(tables))
+    return Part(np.array(rows, float), np.array(tables), np.concatenate(contacts))
+
+
+def _contacts_of_frame(frame: FrameSurface, partners: Partners) -> np.ndarray:
+    """Return residue, partner and the area that the partner buries of it, (m, 3), in one frame."""
+    if len(partners.names) == 1:
+        return np.zeros((0, 3))
+    atom, partner, buried = contacts_of_frame(frame.rolled, partners.number)
+    pairs = np.column_stack([frame.molecule.residue_index[atom], partner])
+    pairs, row = np.unique(pairs, axis=0, return_inverse=True)
+    return np.column_stack([pairs, np.bincount(row.ravel(), buried, len(pairs))])
 
 
 def residues_of_frame(
-    frame: FrameSurface, request: FramesRequest, atom_radii: np.ndarray, columns: Sequence[str]
+    frame: FrameSurface,
+    request: FramesRequest,
+    atom_radii: np.ndarray,
+    columns: Sequence[str],
+    partners: Partners | None = None,
 ) -> pd.DataFrame:
     """Return some of the columns of the table of residues of one frame."""
     molecule, position, surface = frame.molecule, frame.position, frame.surface
@@ -397,10 +465,11 @@ def residues_of_frame(
     if "depth" in columns:
         table["depth"] = _depth(frame.rolled.surface(DENSITY), frame.rolled, molecule, xyz)
     if not {*EXACT_AREAS}.isdisjoint(columns):
+        partners = partners_of_request(molecule, request) if partners is None else partners
         # the probe rolls over one of several atoms in one place
         if len(frame.rolled.kept) < molecule.n_atoms:
-            refuse_overlapping_chains(molecule, xyz)
-        areas = areas_of_frame(frame.rolled, molecule.chain)
+            refuse_overlapping_partners(molecule, partners, xyz)
+        areas = areas_of_frame(frame.rolled, partners.number)
         for name in ("accessible", "buried"):
             table[name] = np.bincount(molecule.residue_index, getattr(areas, name), len(table))
         table["relative"] = table["accessible"] / maximal_areas(table["residue_name"].to_numpy(str))
@@ -452,12 +521,14 @@ def _stored_parts(
 def _read_part(file: Path) -> Part:
     """Read the numbers of a part."""
     with np.load(file, allow_pickle=False) as arrays:
-        return Part(arrays["frames"], arrays["residues"])
+        return Part(arrays["frames"], arrays["residues"], arrays["contacts"])
 
 
 def _digests(molecule: Molecule, request: FramesRequest, bounds: list[tuple[int, int]]) -> Iterator[Any]:
     """Yield for each part a hash of all that its numbers follow from."""
-    of_all = digest_of_arguments(request.rules, request.columns, FRAME_COLUMNS, fields=request.fields)
+    of_all = digest_of_arguments(
+        request.rules, request.columns, FRAME_COLUMNS, request.groups, fields=request.fields
+    )
     for name in (field.name for field in dataclasses.fields(molecule)):
         if name not in (*OF_FRAMES, "files"):
             of_all.update(f"{name} {np.asarray(getattr(molecule, name)).tolist()}".encode())

@@ -27,6 +27,7 @@ from sparsurf.molecules.libraries import (
 )
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.read_molecule import molecule_of_files
+from sparsurf.molecules.selection import Groups
 from sparsurf.molecules.source import Source, open_source
 from sparsurf.surfaces.chosen_points import Points
 from sparsurf.surfaces.plausibility import check_plausibility
@@ -63,18 +64,21 @@ def opened_source(source: Any) -> Any:
     return open_source(source) if isinstance(source, str | Path) else source
 
 
-def as_molecule(source: MoleculeLike) -> Molecule:
-    """Return a Molecule from itself, a path, or atoms of another library; raise InputError for anything else."""
-    if isinstance(source, Molecule):
-        return source
-    if isinstance(source, Source):
-        return molecule_of_files(source)
+def as_molecule(source: MoleculeLike, groups: Groups | None = None) -> Molecule:
+    """Return a Molecule from itself, a path, or atoms of another library, with only the atoms of `groups` if these are given.
+
+    Raise InputError for anything else.
+    """
     if isinstance(source, str | Path):
-        return molecule_of_files(open_source(source))
+        source = open_source(source)
+    if isinstance(source, Source):
+        return molecule_of_files(source, None, {"groups": groups})
+    if isinstance(source, Molecule):
+        return source if groups is None else source.select(selection="all", groups=groups)
     convert = _converter(source)
     try:
         if convert is not None:
-            return convert(source)
+            return convert(source) if groups is None else convert(source, groups=groups)
         reason = ""
     except InputError:
         raise

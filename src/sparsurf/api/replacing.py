@@ -25,6 +25,7 @@ COLUMNS_OF_FRAMES = ("frame", "time_ps", *FRAME_COLUMNS)  # of the table of fram
 COLUMNS_OF_CHANGES = ("quantity", "frames", "mean", "sd", "lowest", "highest", "range")
 # of the table of ranked residues
 COLUMNS_OF_RANKING = ("chain", "residue", "residue_name", "rank", *COLUMNS_OF_CHANGES, "mean_area")
+COLUMNS_OF_CONTACTS = ("chain", "residue", "residue_name", "partner", "occupancy", "mean", "highest")
 
 
 def refuse_replacing(
@@ -73,7 +74,7 @@ def path_of_faces(path: str | Path) -> Path | None:
 
 
 def path_of_frames(path: str | Path, table: str = "frames") -> Path:
-    """Return the path of the table of 'frames' or the 'ranking', next to that of residues: run_frames.csv for run.csv."""
+    """Return the path of the table of 'frames', 'ranking' or 'contacts' next to that of residues: run_frames.csv for run.csv."""
     name = re.sub(r"(\.(?:csv|parquet)(?:\.gz)?)$", rf"_{table}\1", Path(path).name, flags=re.IGNORECASE)
     return Path(path).with_name(name)
 
@@ -105,7 +106,7 @@ def beside_script(path: str | Path) -> Companions:
 
 
 def beside_frames(path: str | Path) -> Companions:
-    """Return the files of the tables of frames and of ranked residues; one with the columns of such a table may be replaced."""
+    """Return the files of the tables of frames, ranked residues and contacts; one with its columns may be replaced."""
     return {
         path_of_frames(path): lambda file: (
             _has_columns(file, COLUMNS_OF_FRAMES) or _has_columns(file, COLUMNS_OF_FRAMES[:-2])  # of 4.0.0
@@ -114,6 +115,7 @@ def beside_frames(path: str | Path) -> Companions:
             _has_columns(file, COLUMNS_OF_RANKING)
             or _has_columns(file, ("chain", "residue", "residue_name", *COLUMNS_OF_CHANGES))  # of 5.0.0
         ),
+        path_of_frames(path, "contacts"): lambda file: _has_columns(file, COLUMNS_OF_CONTACTS),
     }
 
 

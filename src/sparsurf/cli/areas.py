@@ -1,4 +1,4 @@
-"""`sparsurf areas`: exact areas by atom, residue and chain."""
+"""`sparsurf areas`: exact areas by atom, residue, chain and group, and what touches what."""
 
 import argparse
 from typing import Any
@@ -9,14 +9,21 @@ from sparsurf.cli import options, outputs
 from sparsurf.errors import InputError
 from sparsurf.files import pluralise
 
-TABLES = ("atoms", "residues", "chains", "pairs")
+TABLES = ("atoms", "residues", "chains", "groups", "pairs", "contacts")
+WITH_RESIDUES = ("atoms", "residues", "contacts")  # tables with rows of residues
 EXAMPLES = """\
 The table has a row for each residue: its solvent-accessible and its solvent-excluded area (Å^2), the accessible area as a share
 of the largest one that the residue can have (relative; theoretical maxima of Tien et al., 2013; blank for residues that have
-none), and the accessible area that the other chains bury (Å^2). The areas are exact and need no dots. They count the walls of
-cavities. The maxima are for residues without hydrogens and depend on the radii, so that a share may exceed 1.
---of atoms and --of chains write the same areas for atoms and for chains. --of pairs writes the area of each chain that each other
-chain buries where both are alone.
+none), the accessible area that its partners bury (Å^2), and the accessible area of its main chain, its side chain, its polar
+atoms (N, O) and its other atoms. The areas are exact and need no dots. They count the walls of cavities. The maxima are for
+residues without hydrogens and depend on the radii, so that a share may exceed 1.
+--selection and --chains say what is present; --residues reports rows of the whole.
+
+What buries what: each chain of polymers and each ligand that is read (--ligands) is a partner by itself. --groups H,L+G names
+partners: groups with + between, each a list of chains, ranges of residues (A:10-52) and ligands. An atom belongs to the group
+that names it most closely, by its ligand, else its range, else its chain; atoms of no group are absent.
+--of pairs writes the area of each partner that each other one buries where both are alone, --of contacts that of each residue,
+--of groups and --of chains the areas of each partner.
 
 FILE may also hold radii (.xyzr .xyzrn .pqr) or the elements of a small molecule (.sdf .mol .mol2), which get radii of Bondi; the
 table is then one of atoms.
@@ -25,6 +32,8 @@ examples:
   sparsurf areas protein.pdb -o areas.csv
   sparsurf areas protein.pdb --radii bondi --of atoms -o atoms.csv
   sparsurf areas complex.pdb --of pairs -o -
+  sparsurf areas fab_antigen.pdb --groups H,L+G --of pairs -o -
+  sparsurf areas protein.pdb --groups A+HEM --of contacts -o -
   sparsurf areas protein.pdb --trajectory run.xtc --frame 20 -o areas.csv
 """
 
@@ -33,8 +42,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     parser.add_argument("file", metavar="FILE", help="structure, or a file with radii or elements")
     options.add_output(parser, writing.TABLE_FORMATS)
-    help_text = f"what has a row: {', '.join(TABLES)} (of chains); default residues"
+    help_text = f"what has a row: {', '.join(TABLES)}; default residues"
     parser.add_argument("--of", choices=TABLES, metavar="ROWS", help=help_text)
+    options.add_groups(parser)
+    options.add_residues(parser)
     options.add_molecule(parser)
     options.add_placement(parser, None)
 
@@ -47,13 +58,19 @@ def run(args: argparse.Namespace) -> None:
     source: Any = args.file
     rules = options.placement_options(args)
     del rules["cavities"]  # no option of this command
+    table_of = args.of or "residues"
+    if args.residues is not None and table_of not in WITH_RESIDUES:
+        raise InputError(
+            f"--residues: the table of {table_of} has no rows of residues; leave the option out, or ask "
+            f"for {', '.join(WITH_RESIDUES)}."
+        )
     if is_file_of_spheres(args.file):
         options.refuse_structure_options(args, "spheres")
         if args.of not in (None, "atoms"):
             raise InputError(
                 f"--of: {args.file} holds spheres, which have no {args.of}; leave the option out."
             )
-        args.of = "atoms"
+        table_of = "atoms"
     elif not options.reads_atoms(args):
         raise InputError(
             f"{args.file} holds dots, and dots hold no atoms; give the structure that they lie on."
@@ -62,12 +79,17 @@ def run(args: argparse.Namespace) -> None:
         source = options.read_atoms(args)
         rules["frame"] = args.frame or 0
         options.say(f"areas of {source.n_atoms:,} atoms")
+        rules["groups"] = args.groups
     computed = areas(source, **rules)
-    table = getattr(computed, args.of or "residues")
+    table = getattr(computed, table_of)
+    if args.residues is not None and computed.molecule is not None:
+        atoms = options.requested_atoms(args, computed.molecule)
+        chosen = {*zip(computed.molecule.chain[atoms], computed.molecule.residue[atoms], strict=True)}
+        table = table[[label in chosen for label in zip(table["chain"], table["residue"], strict=True)]]
     writing.write_table(args.output, table)
     message = (
         f"{pluralise(len(table), 'row', separator=',')}, {computed.accessible.sum():,.1f} Å^2 accessible, "
     )
     message += f"{computed.excluded.sum():,.1f} Å^2 excluded"
-    buried = f", {computed.buried.sum():,.1f} Å^2 buried between chains" if computed.buried.any() else ""
+    buried = f", {computed.buried.sum():,.1f} Å^2 buried between partners" if computed.buried.any() else ""
     outputs.report(args, message + buried)

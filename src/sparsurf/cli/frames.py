@@ -24,7 +24,7 @@ table has a row for each residue in each frame: frame (its position in the
 file, from 0), time_ps, chain, residue, residue_name, area (Å^2),
 mean_roughness (1 is flat, 0 is rough; blank for a buried residue), depth (Å),
 the exact areas of `sparsurf areas` (accessible, relative, buried) and the mean
-of each field. Two more tables are written next to run.csv, where
+of each field. Three more tables are written next to run.csv, where
 they replace only such tables. run_frames.csv has a row for each frame: area
 (Å^2), volume (Å^3), components, cavities, dots, mean_roughness, accessible and
 buried (Å^2).
@@ -33,6 +33,11 @@ changes most over the frames comes first; --rank and --rank-by choose another
 column or field, and the range in place of the standard deviation. Residues
 with less than 20 Å^2 of area in the mean, or with a value in fewer than half
 of the frames, come last and have no rank.
+run_contacts.csv says what touches what: a row for each residue and each partner
+that buries some of it, with the share of the frames in which this is at least
+1 Å^2 (occupancy), and the mean and highest buried area (Å^2). Partners are those
+of `sparsurf areas`: each chain of polymers and each ligand that is read, or
+--groups.
 
 A run that was stopped continues when the same command is given again, and
 writes the same bytes. Memory does not grow with the number of frames. Parquet
@@ -42,6 +47,7 @@ examples:
   sparsurf frames protein.pdb --trajectory run.xtc -o run.csv
   sparsurf frames protein.pdb --trajectory run.xtc --jobs 4 -o run.parquet
   sparsurf frames protein.pdb --trajectory run.xtc --rank area -o run.csv
+  sparsurf frames protein.pdb --trajectory run.xtc --ligands HEM -o run.csv
   sparsurf frames models.pdb --fields hydropathy -o models.csv
 """
 
@@ -53,10 +59,11 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help=f"structure of the trajectory (also {TOPOLOGY_LABELS}), or a file with several models",
     )
-    text = f"file to write ({' '.join(FORMATS)}); two more tables are written next to it, with _frames and _ranking added"
+    text = f"file to write ({' '.join(FORMATS)}); tables are written next to it, with _frames, _ranking and _contacts added"
     parser.add_argument("-o", "--output", required=True, metavar="OUT", help=text)
     text = "measure every n-th frame (default 1, all frames)"
     parser.add_argument("--stride", type=options.number_within(STRIDE), default=1, metavar="N", help=text)
+    options.add_groups(parser)
     options.add_fields(parser)
     options.add_ranking(parser)
     options.add_molecule(parser, with_frame=False)
@@ -73,7 +80,7 @@ def run(args: argparse.Namespace) -> None:
 
     rules = placement(density="auto", **options.placement_options(args))
     fields = options.names_of_requested_fields(args)
-    request = frames_request("frames", rules, fields, args.rank, args.rank_by)
+    request = frames_request("frames", rules, fields, args.rank, args.rank_by)._replace(groups=args.groups)
     molecule = options.read_atoms(args, args.stride)
     written = write_frames(molecule, request, args.output, args.jobs)
     text = f"{pluralise(molecule.n_residues, 'residue')} in {pluralise(written.n_frames, 'frame')}"

@@ -49,7 +49,13 @@ from sparsurf.threads import available_cores
 log = logging.getLogger("sparsurf")
 
 ATOM_OPTIONS = ("chains", "selection", "ligands", "model", "assembly", "assembly_name")
-STRUCTURE_OPTIONS = ("trajectory", "frame", *ATOM_OPTIONS, "residues")  # without a meaning for a file of dots
+STRUCTURE_OPTIONS = (
+    "trajectory",
+    "frame",
+    *ATOM_OPTIONS,
+    "residues",
+    "groups",
+)  # without a meaning for a file of dots
 PLACEMENT_OPTIONS = ("probe_radius", "radii", "cavities")  # which have none, either
 
 
@@ -128,11 +134,11 @@ def add_molecule(parser: argparse.ArgumentParser, *, with_frame: bool = True) ->
     if with_frame:
         meaning = "frame or model to read, from 0 (default 0)"
         atoms.add_argument("--frame", type=number_within(FRAME), help=meaning)
-    atoms.add_argument("--chains", help="chain identifiers, such as A,B")
+    atoms.add_argument("--chains", help="chains that are present, such as A,B")
     atoms.add_argument(
         "--selection",
-        help="mdtraj expression, in which residue is the number in the file, and resid counts from 0; 'all' for every"
-        " atom (default: protein)",
+        help="atoms that are present, as an mdtraj expression, in which residue is the number in the file, and resid counts"
+        " from 0; 'all' for every atom (default: protein)",
     )
     atoms.add_argument("--ligands", help="residue names to include with the protein, such as HEM,ZN")
     several = atoms.add_mutually_exclusive_group()
@@ -145,6 +151,15 @@ def add_molecule(parser: argparse.ArgumentParser, *, with_frame: bool = True) ->
     several.add_argument("--assembly", action="store_true", default=None, help=help_text)
     help_text = "read the declared assembly of this name, such as 2, in place of the first one"
     atoms.add_argument("--assembly-name", metavar="NAME", help=help_text)
+
+
+def add_groups(parser: argparse._ActionsContainer) -> None:
+    """Add the option that names partners."""
+    help_text = (
+        "partners that bury each other, such as H,L+G: groups of chains, ranges (A:10-52) and ligands, with + between "
+        "(default: each chain of polymers and each ligand that is read)"
+    )
+    parser.add_argument("--groups", metavar="GROUPS", help=help_text)
 
 
 def add_residues(parser: argparse._ActionsContainer) -> None:
@@ -336,6 +351,7 @@ def read_atoms(args: argparse.Namespace, stride: int | None = None) -> Molecule:
     """
     keys = {key: getattr(args, key) for key in ATOM_OPTIONS}
     keys["assembly"] = keys.pop("assembly_name") or bool(keys["assembly"])
+    keys["groups"] = getattr(args, "groups", None)
     keys["ligands"] = False if keys["ligands"] is None else keys["ligands"]
     with heard(args.file) as args.heard:
         molecule = read_molecule(source_of(args), args.trajectory, stride=stride or 1, **keys)

@@ -28,7 +28,7 @@ from sparsurf.molecules.pdb import read_pdb
 from sparsurf.molecules.plausibility import refuse_impossible
 from sparsurf.molecules.plddt import doubtful_residues
 from sparsurf.molecules.psf import read_psf
-from sparsurf.molecules.selection import POLYMERS, SelectionKeys
+from sparsurf.molecules.selection import POLYMERS, Groups, SelectionKeys
 from sparsurf.molecules.source import Source, open_source, what_is_no_structure
 from sparsurf.suggestions import public
 
@@ -64,6 +64,7 @@ def read_molecule(
     whole: bool = True,
     plddt: float | None = None,
     assembly: bool | str = False,
+    groups: Groups | None = None,
 ) -> Molecule:
     """Read a molecule: a structure, an ensemble of models, or a topology with its trajectory.
 
@@ -102,6 +103,8 @@ def read_molecule(
         Whether a biological assembly is read (default False): all models of the structure as one molecule or, where it has one
         model, the copies by the operators that it declares (REMARK 350, _pdbx_struct_assembly_gen), of the first assembly or of
         the one whose name is given, such as '2'. The chains of the second model or copy become A-2, B-2, ...
+    groups : str or sequence, optional
+        Groups of partners, as in `areas`: only their atoms are read, with the ligands that they name (default None).
 
     Returns
     -------
@@ -135,6 +138,7 @@ def read_molecule(
             ) from None
     keys: SelectionKeys = {
         "selection": selection, "chains": chains, "residues": residues, "hydrogens": hydrogens, "ligands": ligands,
+        "groups": groups,
     }  # fmt: skip
     if assembly and (trajectory is not None or model is not None):
         raise InputError(ASSEMBLY_OF_MODELS)

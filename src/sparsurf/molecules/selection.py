@@ -5,9 +5,9 @@ from __future__ import annotations
 import logging
 import re
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from types import MappingProxyType
-from typing import NamedTuple, TypedDict, cast
+from typing import NamedTuple, TypeAlias, TypedDict, cast
 
 import numpy as np
 
@@ -25,6 +25,10 @@ LONGEST_SELECTION = 10_000  # characters of an expression; mdtraj takes about 2 
 QUOTES = "''"  # a chain without a name
 # '[chain:]first[-last]'; a residue is a number, possibly negative, possibly with an insertion code.
 RANGE = re.compile(r"(?:(?P<chain>[^:]*):)?(?P<first>-?\d+[A-Za-z]?)(?:-(?P<last>-?\d+[A-Za-z]?))?")
+WATER = "water"  # the kind of waters, and the partner that they are together
+BY_CHAIN, BY_RANGE, BY_LIGAND = 1, 2, 3  # how closely an item of a group names an atom
+
+Groups: TypeAlias = "str | Sequence[str | Sequence[str]]"
 
 
 class SelectionKeys(TypedDict, total=False):
@@ -35,6 +39,19 @@ class SelectionKeys(TypedDict, total=False):
     residues: str | Sequence[str] | None
     hydrogens: Hydrogens
     ligands: bool | str | Sequence[str]
+    groups: Groups | None
+
+
+class Partners(NamedTuple):
+    """What buries what: the partner of each atom."""
+
+    number: np.ndarray  # (A,) int, from 0; -1 for an atom of no group
+    names: list[str]
+
+    @property
+    def labels(self) -> np.ndarray:
+        """Name (A,) of the partner of each atom."""
+        return np.array([*self.names, ""])[self.number]
 
 
 def select_atoms(
@@ -45,6 +62,7 @@ def select_atoms(
     residues: str | Sequence[str] | None = None,
     hydrogens: Hydrogens = "keep",
     ligands: bool | str | Sequence[str] = False,
+    groups: Groups | None = None,
     split: Mapping[str, Sequence[str]] = MappingProxyType({}),
     report: bool = True,
 ) -> np.ndarray:
@@ -53,7 +71,8 @@ def select_atoms(
     Without `selection`, these are the protein residues, or all polymer residues if chains are named (as in 'A:10-52'),
     and the named ligands. With it, these are the atoms of the expression, and the ligands. Chains and residues restrict
     either. In ranges, a chain applies to those after it; in a chain with insertion codes, they follow its order. `ligands`
-    True is all but waters and ions.
+    True is all but waters and ions. With `groups`, only atoms of these groups are selected: of all polymers, and of the
+    ligands that are named among them or by `ligands`.
     `split` are chains of the input that hold several molecules with the same residue numbers, and their identifiers.
     With `report`, the residues that are left out are logged.
     """
@@ -62,16 +81,26 @@ def select_atoms(
     in_residues = _in_residues(molecule, ranges, report, in_chains, split)
     within = in_chains & in_residues
     if selection is None:
-        chain_named = chains is not None or any(":" in item for item in ranges or ())
+        chain_named = chains is not None or groups is not None or any(":" in item for item in ranges or ())
         pool = np.isin(molecule.kind, POLYMERS if chain_named else ["protein"])
     else:
         pool = atoms_of_expression(molecule, selection)
     in_ligands = _in_ligands(molecule, ligands)
     selected = (pool | in_ligands) & within
+    if groups is not None:
+        in_ligands |= ligands_of_groups(molecule, groups)
+        selected = (pool | in_ligands) & within
+        in_groups = groups_of_atoms(molecule, groups, selected).number >= 0
+        if report:
+            _report_ungrouped(molecule, selected & ~in_groups)
+        selected &= in_groups
+        within = within & (in_groups | ~np.isin(molecule.kind, POLYMERS))
     if ligands is not True:
         _refuse_ligands_outside(molecule, in_ligands, in_chains, in_residues)
     if report:
         _report_left_out(molecule, selected, within)
+        if selection is not None and groups is None:
+            _report_absent(molecule, selected, within)
     if isinstance(hydrogens, str) and hydrogens == "remove":
         selected &= molecule.heavy
     elif not (isinstance(hydrogens, str) and hydrogens == "keep"):
@@ -127,8 +156,9 @@ def _in_residues(
     report: bool,
     in_chains: np.ndarray,
     split: Mapping[str, Sequence[str]],
+    key: str = "residues",
 ) -> np.ndarray:
-    """Return the mask (A,) of atoms in the residue ranges."""
+    """Return the mask (A,) of atoms in the residue ranges, which the user gave by the argument `key`."""
     if ranges is None:
         return np.ones(len(molecule.chain), bool)
     selected, chain, chain_of = np.zeros(len(molecule.chain), bool), None, molecule.chain
@@ -139,7 +169,7 @@ def _in_residues(
         parsed = RANGE.fullmatch(item)
         if not parsed:
             raise InputError(
-                f"{argument('residues')}: '{shorten(item)}' is not of the form chain:first-last, such as A:10-52A or -5--3."
+                f"{argument(key)}: '{shorten(item)}' is not of the form chain:first-last, such as A:10-52A or -5--3."
             )
         chain = parsed["chain"] if parsed["chain"] is not None else chain
         ends = parsed["first"], parsed["last"] or parsed["first"]
@@ -154,18 +184,18 @@ def _in_residues(
             inside &= chain_of == chain
         if backwards and not inside.any():
             raise InputError(
-                f"{argument('residues')}: '{shorten(item)}' ends before it begins: swap the two numbers."
+                f"{argument(key)}: '{shorten(item)}' ends before it begins: swap the two numbers."
             )
         if not inside.any():
             raise InputError(
-                f"{argument('residues')}: '{shorten(item)}' is not in {FILE}, which has {_extents(molecule)}."
+                f"{argument(key)}: '{shorten(item)}' is not in {FILE}, which has {_extents(molecule)}."
             )
         chosen = chain_of[inside & in_chains]
         several = [[chain_name for chain_name in ids if chain_name in chosen] for ids in split.values()]
         if chain is None and any(len(ids) > 1 for ids in several):
             ids = next(ids for ids in several if len(ids) > 1)
             raise InputError(
-                f"{argument('residues')}: '{shorten(item)}' of {FILE} are in {shorten(', '.join(ids))}: name one, as "
+                f"{argument(key)}: '{shorten(item)}' of {FILE} are in {shorten(', '.join(ids))}: name one, as "
                 f"in {ids[0]}:{item}."
             )
         present = {label.upper() for label in labels[np.unique(inverse[inside])].tolist()}
@@ -326,6 +356,127 @@ def _report_left_out(molecule: AtomsLike, selected: np.ndarray, within: np.ndarr
         if of_level:
             listed = ", ".join(f"{count} {name}" for name, count in of_level.most_common())
             log.log(level, "%s: left out %s", FILE, listed)
+
+
+def _report_ungrouped(molecule: AtomsLike, absent: np.ndarray) -> None:
+    """Log how many atoms of polymers and ligands are in no group, and thus absent."""
+    n_absent = int((absent & molecule.heavy).sum())
+    if n_absent:
+        log.warning("%s: %d heavy atoms of no group are absent", FILE, n_absent)
+
+
+def _report_absent(molecule: AtomsLike, selected: np.ndarray, within: np.ndarray) -> None:
+    """Log that an expression takes atoms without the rest of their chains, which then shields and buries nothing."""
+    near = np.isin(molecule.kind, POLYMERS) & np.isin(molecule.chain, molecule.chain[selected])
+    n_absent = int((near & within & molecule.heavy & ~selected).sum())
+    if n_absent:
+        message = (
+            "%s: the selection is measured alone, without the other %d heavy atoms of its chains; to report a part of the "
+            "whole, choose rows of the whole by their residues (--residues)"
+        )
+        log.warning(message, FILE, n_absent)
+
+
+def partners_of_atoms(molecule: AtomsLike) -> Partners:
+    """Return the default partners: each chain of polymers, each ligand by itself, as 'HEM 154 A', and all waters together."""
+    _, first, residue = np.unique(molecule.residue_index, return_index=True, return_inverse=True)
+    labels, counts = molecule.chain[first].tolist(), Counter[str]()
+    for k in np.flatnonzero(~np.isin(molecule.kind[first], POLYMERS)).tolist():
+        atom = first[k]
+        label = f"{molecule.residue_name[atom]} {molecule.residue[atom]} {molecule.chain[atom]}".strip()
+        counts[label] += 1
+        if molecule.kind[atom] == WATER:
+            label = WATER
+        elif counts[label] > 1:  # a file without chains may have several ligands of one number
+            label += f" ({counts[label]})"
+        labels[k] = label
+    position = {label: number for number, label in enumerate(dict.fromkeys(labels))}
+    return Partners(np.array([position[label] for label in labels], int)[residue], list(position))
+
+
+def groups_of_atoms(molecule: AtomsLike, groups: Groups, within: np.ndarray | None = None) -> Partners:
+    """Return the group of each atom among those `within` (A,), by default all, and the names of the groups.
+
+    A group lists chains, ranges of residues, or names of ligands, as 'H,L' or 'A:10-52' or 'HEM'. An atom belongs to the group
+    that names it most closely: by its ligand, else by its range, else by its chain.
+    """
+    within = np.ones(len(molecule.chain), bool) if within is None else within
+    number, best = np.full(len(within), -1), np.zeros(len(within), int)
+    lists = _lists_of_groups(groups)
+    found = [(k, *item) for k, items in enumerate(lists) for item in _items_of_group(molecule, items)]
+    for *_, mask, closeness in found:
+        best = np.where(mask & within, np.maximum(best, closeness), best)
+    for k, item, mask, closeness in found:
+        taken = mask & within & (best == closeness)
+        if (taken & (number >= 0) & (number != k)).any():
+            raise InputError(
+                f"{argument('groups')}: '{shorten(item)}' is in two groups of {FILE}; name its atoms in one."
+            )
+        number[taken] = k
+    names = [",".join(items) for items in lists]
+    empty = [name for k, name in enumerate(names) if not (number == k).any()]
+    if empty:
+        raise InputError(
+            f"{argument('groups')}: no atom that is read of {FILE} is left for the group '{shorten(empty[0])}'; name chains, "
+            "ranges or ligands that are read, and that no other group names as closely."
+        )
+    return Partners(number, names)
+
+
+def ligands_of_groups(molecule: AtomsLike, groups: Groups) -> np.ndarray:
+    """Return the mask (A,) of the ligands that groups name, by name or by the letter of a chain without a polymer."""
+    mask = np.zeros(len(molecule.chain), bool)
+    for items in _lists_of_groups(groups):
+        for _, atoms, closeness in _items_of_group(molecule, items):
+            if closeness == BY_LIGAND:
+                mask |= atoms
+            elif closeness == BY_CHAIN and not np.isin(molecule.kind[atoms], POLYMERS).any():
+                mask |= atoms & (molecule.kind != WATER)
+    return mask
+
+
+def _lists_of_groups(groups: Groups) -> list[list[str]]:
+    """Return the items of each group; raise InputError if there are fewer than two groups, or an empty one."""
+    given = groups.split("+") if isinstance(groups, str) else groups
+    if not isinstance(given, Iterable):
+        raise InputError(f"{argument('groups')} is {given!r}; it must be groups such as H,L+G, or a list.")
+    lists = [[item.strip() for item in _as_list(group, "groups", "H,L")] for group in given]
+    if len(lists) < 2:
+        raise InputError(f"{argument('groups')}: one group has no partner; name two or more, as in H,L+G.")
+    if not all(items and all(items) for items in lists):
+        raise InputError(f"{argument('groups')}: a group or a name in it is empty; write them as in H,L+G.")
+    return lists
+
+
+def _items_of_group(molecule: AtomsLike, items: list[str]) -> Iterator[tuple[str, np.ndarray, int]]:
+    """Yield the items of a group, the mask (A,) of the atoms that each names, and how closely it names them."""
+    chain = ""  # of the ranges after one with a chain
+    polymer, everywhere = np.isin(molecule.kind, POLYMERS), np.ones(len(molecule.chain), bool)
+    for item in items:
+        ligand = (molecule.residue_name == item) & ~polymer
+        parsed = RANGE.fullmatch(item)
+        if item in molecule.chain:
+            yield item, molecule.chain == item, BY_CHAIN
+        elif ligand.any():
+            yield item, ligand, BY_LIGAND
+        elif parsed:
+            chain = parsed["chain"] or chain
+            text = item if parsed["chain"] or not chain else f"{chain}:{item}"
+            mask = _in_residues(molecule, [text], False, everywhere, {}, "groups")
+            chains = np.unique(molecule.chain[mask & polymer])
+            if len(chains) > 1:
+                raise InputError(
+                    f"{argument('groups')}: residues '{item}' are in several chains of {FILE}; name one, as in "
+                    f"{chains[0]}:{item}."
+                )
+            yield item, mask, BY_RANGE
+        else:
+            present = ", ".join(sorted({*molecule.residue_name[~polymer].tolist()}))
+            besides = f", and besides polymers {shorten(present)}" if present else ""
+            raise InputError(
+                f"{argument('groups')}: '{shorten(item)}' is no chain, range or ligand of {FILE}, which has the chains "
+                f"{_chains(molecule)}{besides}."
+            )
 
 
 def _chains(molecule: AtomsLike) -> str:

@@ -40,6 +40,7 @@ from sparsurf.surfaces.rolling_probe import (
     THETA_J,
     UNCUT,
     EnclosedCentres,
+    RolledAtoms,
     Rolling,
     U,
     blocker,
@@ -123,11 +124,63 @@ def _buried_areas(rolling: Rolling, accessible: np.ndarray, chain: np.ndarray) -
     is_rolled = in_contact | (np.bincount(atom, in_contact[near] & ~is_other, len(chain)) > 0)
     alone = np.zeros(len(chain))
     for name in np.unique(chain[in_contact]):
-        chosen = np.flatnonzero(is_rolled & (chain == name))
-        part = roll(atoms.centre[chosen], atoms.reach[chosen])
-        alone[chosen] = accessible_areas(part, no_enclosed_centres(part))
+        alone += _accessible_among(atoms, np.flatnonzero(is_rolled & (chain == name)))
     buried = np.where(in_contact, alone - accessible, 0.0)
     return np.where(buried > ROUNDING, buried, 0.0)
+
+
+def contacts_of_spheres(
+    xyz: np.ndarray, radii: np.ndarray, probe: float, chain: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Compute what partners `chain` (A,) int bury of each other: see `contacts_of_frame`."""
+    xyz, radii, kept = checked_spheres(xyz, radii, probe)
+    return _contacts(roll(np.add(*relative_positions(xyz)), radii + probe), kept, chain)
+
+
+def contacts_of_frame(frame: RolledFrame, chain: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Compute the accessible area of each atom that each partner buries where only the two are present.
+
+    Return atoms (n,), partners (n,) and areas (n,), Å^2, ordered by atoms and partners; `chain` (A,) int is the partner of each
+    atom.
+    """
+    return _contacts(frame.rolled.rolling, frame.kept[frame.rolled.by_position], chain)
+
+
+def _contacts(
+    rolling: Rolling, atom: np.ndarray, chain: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Compute the areas of `contacts_of_frame` for atoms of the partners `chain` (A,), of which `atom` (K,) were rolled over."""
+    atoms, partner = rolling.atoms, chain[atom]
+    first = np.repeat(np.arange(len(partner)), np.diff(atoms.start))
+    ends = np.column_stack([partner[first], partner[atoms.near]])
+    meets = np.flatnonzero(ends[:, 0] != ends[:, 1])
+    pairs, pair = np.unique(np.sort(ends[meets], axis=1), axis=0, return_inverse=True)
+    meets, begin = meets[np.argsort(pair, kind="stable")], np.cumsum(np.bincount(pair))
+    found = [np.zeros((0, 3))]
+    for two, entries in zip(pairs, np.split(meets, begin[:-1]), strict=True):
+        touching = np.unique(first[entries])
+        # The area of an atom follows from its neighbours and what cuts it, which are also neighbours
+        near = [atoms.near[atoms.start[row] : atoms.start[row + 1]] for row in touching]
+        around = np.unique(np.concatenate([touching, *near]))
+        around = around[np.isin(partner[around], two)]
+        accessible = _accessible_among(atoms, around)
+        for this, that in (two, two[::-1]):
+            alone = _accessible_among(atoms, around[partner[around] == this])
+            rows = touching[partner[touching] == this]
+            buried = alone[rows] - accessible[rows]
+            rows, buried = rows[buried > ROUNDING], buried[buried > ROUNDING]
+            found.append(np.column_stack([atom[rows], np.full(len(rows), that), buried]))
+    table = np.concatenate(found)
+    table = table[np.lexsort((table[:, 1], table[:, 0]))]
+    return table[:, 0].astype(int), table[:, 1].astype(int), table[:, 2]
+
+
+def _accessible_among(atoms: RolledAtoms, chosen: np.ndarray) -> np.ndarray:
+    """Compute the accessible area of chosen atoms where only these are present, (K,) of all atoms: zero for the others."""
+    areas = np.zeros(len(atoms.centre))
+    part = roll(atoms.centre[chosen], atoms.reach[chosen])
+    areas[chosen] = accessible_areas(part, no_enclosed_centres(part))
+    return areas
 
 
 def accessible_areas(rolling: Rolling, enclosed: EnclosedCentres) -> np.ndarray:

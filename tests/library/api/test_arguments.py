@@ -71,6 +71,7 @@ CALLS = [
         "cavities": "remove", "plugs": False}),
     ("areas", lambda g, **k: sparsurf.areas(g.frames, **k).residues, {}, {
         "frame": 1, "probe_radius": 1.6, "radii": "bondi"}),
+    ("areas", lambda g, **k: sparsurf.areas(g.pdb, **k).residues, {}, {"groups": "A+B"}),
     ("points", lambda g, **k: sparsurf.points(g.frames, **k), {"n_dots": 40}, {
         "n_dots": 41, "density": NOT_N | {"density": 0.5}, "fields": ["hydropathy"], **SEED, "frame": 1, "probe_radius": 1.6,
         "radii": "bondi"}),
@@ -86,6 +87,7 @@ CALLS = [
     ("frames", lambda g, **k: sparsurf.frames(g.pdb, **k), {}, {
         "stride": 2, "fields": ["hydropathy"], "probe_radius": 1.6, "radii": "bondi"}),
     ("frames", lambda g, **k: sparsurf.frames(g.pdb, **k).ranking, {}, {"rank": "area"}),
+    ("frames", lambda g, **k: sparsurf.frames(g.pdb, **k).residues, {}, {"groups": "A+B"}),
     ("frames", lambda g, **k: sparsurf.frames(PROTEIN, **k), {}, {"cavities": "remove"}),
     ("frames", lambda g, **k: sparsurf.frames(PROTEIN, **k), {"stride": 700}, MOVING),
     ("depth", lambda g, **k: sparsurf.depth(g.frames, **k), {}, {"frame": 1, "probe_radius": 1.6, "radii": "bondi"}),
@@ -117,7 +119,7 @@ CALLS = [
         "roughness_values": np.zeros(10), "kept": [3, 4], "weight": [7]}),
     ("read_molecule", lambda g, **k: sparsurf.read_molecule(g.pdb, **k), {}, {
         "selection": "backbone", "chains": "B", "residues": "A:1-2", "model": 1, "altloc": "highest", "hydrogens": "remove",
-        "ligands": "LIG"}),
+        "ligands": "LIG", "groups": "A+LIG"}),
     ("read_molecule", lambda g, **k: sparsurf.read_molecule(PROTEIN, **k), {}, MOVING),
     ("read_molecule", lambda g, **k: sparsurf.read_molecule(PROTEIN, TRAJECTORY, **k), {"stride": 900}, {
         "stride": 700, "times": [100.0]}),

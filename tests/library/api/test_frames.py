@@ -97,7 +97,7 @@ def test_a_stopped_run_continues_to_the_same_bytes(seven, tmp_path, monkeypatch,
     assert sparsurf.frames(seven, path=tmp_path / f"run{suffix}") is None
     assert measured == [0, 3, 3, 6]
     for name in ("run", "jobs"):
-        for end in ("", "_frames", "_ranking"):
+        for end in ("", "_frames", "_ranking", "_contacts"):
             whole = (tmp_path / f"whole{end}{suffix}").read_bytes()
             assert (tmp_path / f"{name}{end}{suffix}").read_bytes() == whole
     assert not list(tmp_path.glob(".*"))

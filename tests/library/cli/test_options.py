@@ -89,9 +89,9 @@ OPTIONS = {
     "show": {"": {}, **OF_ATOMS, **PLACED, **CAGED, "--trajectory run.xtc --rank area": {"trajectory": "run.xtc",
      "rank": "area"}},
     "frames": {"": {}, **{words: keys for words, keys in OF_ATOMS.items() if "frame" not in keys}, **HYDROPATHY, **PLACED,
-     **CAGED, "--stride 2": {"stride": 2}, "--rank hydropathy": {"rank": "hydropathy"}},
+     **CAGED, "--stride 2": {"stride": 2}, "--groups A+B": {"groups": "A+B"}, "--rank hydropathy": {"rank": "hydropathy"}},
     "atoms": {"": {}, **OF_ATOMS, **PLACED, **CAGED},
-    "areas": {"": {}, **OF_ATOMS, **PLACED, "--of chains": {"of": "chains"}},
+    "areas": {"": {}, **OF_ATOMS, **PLACED, **RESIDUES, "--of chains": {"of": "chains"}, "--groups A+B": {"groups": "A+B"}},
 }  # fmt: skip
 FILES = {  # in which an option has an effect
     "--assembly-name": "declared.pdb",
@@ -264,8 +264,9 @@ def atoms(file, keys, out):
 
 
 def areas(file, keys, out):
-    computed = sparsurf.areas(molecule_of(file, keys), **some(keys, "frame", "probe_radius", "radii"))
-    return getattr(computed, keys.get("of", "residues"))
+    settings = some(keys, "frame", "probe_radius", "radii", "groups")
+    table = getattr(sparsurf.areas(molecule_of(file, keys), **settings), keys.get("of", "residues"))
+    return table.iloc[of_residues(table, keys)] if "residues" in keys else table
 
 
 def points(file, keys, out):
@@ -284,7 +285,7 @@ def show(file, keys, out):
 
 
 def frames(file, keys, out):
-    settings = some(keys, "stride", "fields", "probe_radius", "radii", "cavities", "rank")
+    settings = some(keys, "stride", "fields", "probe_radius", "radii", "cavities", "rank", "groups")
     tables = sparsurf.frames(molecule_of(file, keys), **settings)
     return pd.concat([tables.residues, tables.ranking], ignore_index=True)
 

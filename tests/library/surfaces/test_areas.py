@@ -129,6 +129,8 @@ def test_sums_by_residue_and_chain_and_relative_areas(tmp_path):
     areas = sparsurf.areas(molecule, radii="bondi")
     atoms, residues, chains = areas.atoms, areas.residues, areas.chains
     assert atoms["chain"].tolist() == molecule.chain.tolist()
+    assert chains["chain"].tolist() == ["A", "B", "UNL 9 B"]
+    atoms["chain"] = np.where(atoms["residue_name"] == "UNL", "UNL 9 B", atoms["chain"])
     for table, keys in ((residues, ["chain", "residue"]), (chains, ["chain"])):
         sums = atoms.groupby(keys, sort=False)[["accessible", "excluded", "buried"]].sum()
         assert np.allclose(table[sums.columns], sums)
@@ -222,7 +224,8 @@ def test_what_has_no_areas_is_refused_in_a_sentence(three_chains, tmp_path):
     names = ("ALA", "SER")
     overlapping = peptide(names) + peptide(names, chain="B") + "END\n"
     with pytest.raises(
-        InputError, match="position of an atom of another chain, the first ones in ALA 1 A and ALA 1 B"
+        InputError,
+        match="position of an atom of another chain or ligand, the first ones in ALA 1 A and ALA 1 B",
     ):
         sparsurf.areas(write(tmp_path / "twice.pdb", overlapping))
     with pytest.raises(InputError, match="no frame 3"):
