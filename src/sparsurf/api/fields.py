@@ -114,7 +114,7 @@ def fields(
         frame = dots.origin.frame
     else:
         atoms = as_molecule(molecule)
-        if dots is None:
+        if dots is None or _are_names(dots):
             raise InputError(
                 "fields: dots are missing; call sparsurf.fields(sparsurf.surface(molecule), names)."
             )
@@ -126,6 +126,13 @@ def fields(
     if not names:
         raise InputError(f"{argument('names')}: there are no fields; give at least one, such as 'potential'.")
     return compute_fields(names, atoms.frame(frame), surface.points, charges, table, surface)
+
+
+def _are_names(value: Any) -> bool:
+    """Return whether a value names fields, in the place of dots."""
+    if isinstance(value, (list, tuple)):
+        return bool(value) and all(isinstance(each, str) or callable(each) for each in value)
+    return callable(value) or (isinstance(value, str) and kinds.has("field", value))
 
 
 def labelled(source: Any) -> Any:

@@ -13,7 +13,7 @@ from sparsurf.kinds import COVER
 from sparsurf.recovery.reconstructing import AUTO, SPHERES
 from sparsurf.sampling.samplers import sampler_label
 from sparsurf.threads import available_cores
-from sparsurf.views.numbers import number, share
+from sparsurf.views.numbers import decimals, number, share
 
 FORMATS = (*writing.DOTS_ALONE, *writing.SCRIPTS, *writing.PAGE_FORMATS)
 WIDE = 2.5  # ratio of the ends of an interval, of the number of dots, that calls for a fixed share
@@ -108,14 +108,9 @@ def run(args: argparse.Namespace) -> None:
     )
     few, message = result.subset, ""
     if outputs.is_reported(args):
-        percent = 100 * len(few) / len(surface)
-        if few.interval:
-            ends = (100 * end / len(surface) for end in few.interval)
-            kept, low, high = (number(value, 1) for value in (percent, *ends))
-            message = f"{kept} %; 95 % interval {low} to {high} %"
-        else:
-            message = f"{share(percent)} %"
-        per_area = number(len(few) / result.trials.prepared.area)
+        message = share_kept(len(few), len(surface), few.interval)
+        density = len(few) / result.trials.prepared.area
+        per_area = number(density, decimals(density, 2))
         label = sampler_label(few.sampler)
         chosen = f"chosen by {label}"
         if few.sampler == COVER:
@@ -134,6 +129,15 @@ def run(args: argparse.Namespace) -> None:
     )
 
 
+def share_kept(kept: int, n: int, interval: tuple[float, float] | None) -> str:
+    """Return the share of the dots that are kept, with two digits of the smallest number at least."""
+    percent, *ends = (100 * value / n for value in (kept, *(interval or ())))
+    if not ends:
+        return f"{share(percent) if percent >= 1 else number(percent, decimals(percent, 1))} %"
+    text, low, high = (number(value, decimals(min(ends), 1)) for value in (percent, *ends))
+    return f"{text} %; 95 % interval {low} to {high} %"
+
+
 def _error(result: Representation) -> str:
     """Return the sentence on the error of the surface that is reconstructed from the subset."""
     trials, errors = result.trials, result.errors(available_cores()).iloc[0]
@@ -142,11 +146,13 @@ def _error(result: Representation) -> str:
         "rebuilt on the atoms that these dots determine" if is_rebuilt else "interpolated between these dots"
     )
     average = reference_values(trials.prepared.describe(trials.tests)[0])["Z_mean_descriptor"]
+    worse = " These dots describe a patch worse than the mean patch does: keep more."
     return (
         f"The surface {surface} deviates by {errors['mean']:.4f} Å on average (99 %: "
         f"{errors['high_99']:.4f} Å, largest: {errors['largest']:.2f} Å; measured on {errors['measured_on']}). "
         f"99 % of it lies within {errors['back_99']:.4f} Å of the true surface.\n"
         f"Its Z is {errors['Z_published']:.2f}: "
         f"an identical surface has a Z of 0, and the mean patch in place of every patch has a Z of {average:.2f}."
+        + (worse if errors["Z_published"] > average else "")
         + "".join(f"\n{sentence}" for sentence in result.subset.decision)
     )

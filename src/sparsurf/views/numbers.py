@@ -10,6 +10,11 @@ def number(x: float | None, digits: int = 2) -> str:
     return f"{x:z.{digits}f}".replace("-", "−").replace("inf", "∞")
 
 
+def decimals(x: float, least: int) -> int:
+    """Return with how many decimals a positive number shows two digits that are not leading zeros, at least `least`."""
+    return max(least, 1 - math.floor(math.log10(x))) if x > 0 else least
+
+
 def signed(x: float, digits: int = 2) -> str:
     """Format a number with its sign; a rounded 0 has none."""
     text = number(x, digits)

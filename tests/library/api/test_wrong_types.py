@@ -163,3 +163,10 @@ def test_curvature_of_atoms_in_one_place_is_that_of_one(molecule):
     one, two = (principal_curvatures(each, each.origin) for each in dots)
     assert np.isfinite(two).all()
     np.testing.assert_allclose(one, two)
+
+
+@pytest.mark.parametrize("names", [["hydropathy"], ("hydropathy", "potential"), "hydropathy"])
+def test_names_of_fields_in_the_place_of_dots_are_known_as_such(names):
+    """They were called a list that is not a surface."""
+    with pytest.raises(InputError, match="fields: dots are missing; call"):
+        sparsurf.fields(ROOT / "data" / "tdp43" / "topology.pdb", names)

@@ -13,7 +13,8 @@ from PIL import Image
 from accessibility import inaccessible
 from browser import Browser, programs
 from parsed_pages import Page
-from sparsurf.views.numbers import interval, number, share, signed
+from sparsurf.cli.minimal import share_kept
+from sparsurf.views.numbers import decimals, interval, number, share, signed
 from sparsurf_study.report import page as pages
 from sparsurf_study.report.numbers import against_zero, interval_of, left_in_island, p_value, short_names
 from sparsurf_study.report.page import code, embedded_figures
@@ -205,3 +206,10 @@ def test_texts_of_numbers():
     places = [("p", "c1"), ("q", "c1"), ("q", "c2"), ("r", "f0000")]
     assert [*short_names(places).values()] == ["p", "q/c1", "q/c2", "r/f0000"]
     assert code("set `a<b`, <i>") == "set <code>a&lt;b</code>, &lt;i&gt;"
+
+
+def test_shares_and_densities_of_very_few_dots_have_two_digits():
+    """39 of 24,600 dots were written as 0.2 % with an interval from 0.1 to 0.1 %, and as 0.00 per Å^2."""
+    assert share_kept(39, 24600, (33, 45)) == "0.16 %; 95 % interval 0.13 to 0.18 %"
+    assert share_kept(39, 24600, None) == "0.16 %" and share_kept(1230, 24600, None) == "5 %"
+    assert [number(x, decimals(x, 2)) for x in (39 / 4560, 0.1234, 5.351)] == ["0.0086", "0.12", "5.35"]

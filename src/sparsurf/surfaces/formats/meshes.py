@@ -41,8 +41,8 @@ def import_trimesh(path: Path | str) -> Any:
         return importlib.import_module("trimesh")
     except ImportError:
         raise InputError(
-            f"{path}: {Path(path).suffix} files are written by trimesh, which is not installed: run pip install "
-            "'sparsurf[meshes]', or name a .ply, .vtp or .npz file."
+            f"{path}: {Path(path).suffix} files are written by trimesh, which is not installed: run pip install trimesh, "
+            "or name a .ply, .vtp or .npz file."
         ) from None
 
 
