@@ -135,11 +135,6 @@ def outputs_in(folder: str) -> tuple[Output, ...]:
     )
 
 
-def paths_of(rule: str) -> list[str]:
-    """Return the paths of the outputs of a rule, in the order of the catalogue."""
-    return [output.path for output in outputs().values() if rule in output.rules]
-
-
 def requested(folder: str, conditions: Collection[str]) -> list[Output]:
     """Return the outputs of a part of a run that a study asks for under these conditions."""
     return [output for output in outputs_in(folder) if output.when.issubset(conditions)]
