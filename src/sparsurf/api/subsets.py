@@ -244,7 +244,7 @@ def _draw_combination(
         names = " and ".join(samplers)
         raise InputError(f"sample: {names} draw by a combination, not {sampler!r}; leave out one of the two.")
     sampler = sampler or samplers[0]
-    return find_subset(prepared, sampler, combination=_combination(combination))[0]
+    return find_subset(prepared, sampler, combination=_combination(combination))
 
 
 @public(of_dots=True)

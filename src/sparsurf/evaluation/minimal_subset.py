@@ -30,11 +30,11 @@ from sparsurf.recovery.reconstructing import (
     INTERPOLANT,
     SPHERES,
     Reconstructed,
-    reconstruct,
+    reconstruction_of,
 )
 from sparsurf.recovery.spheres.votes import MIN_DOTS
 from sparsurf.sampling.combination import PUBLISHED_CHOICES, Choices
-from sparsurf.sampling.samplers import farthest, subset_areas, subset_weights
+from sparsurf.sampling.samplers import farthest, weights_and_areas
 from sparsurf.settings import DECISIONS, TAIL_PER_ERROR, Minimal, Settings
 from sparsurf.shown import Shown
 from sparsurf.streams import Streams
@@ -190,9 +190,7 @@ class Representation:
         of_subset = {"n_S_percent": len(few), "n_S_percent_low": low, "n_S_percent_high": high}
         of_subset = {key: 100 * n / len(prepared) for key, n in of_subset.items()}
         of_subset |= {"density": len(few) / prepared.area}
-        of_subset["back_99"] = float(
-            np.quantile(self.trials.distances_back(back.dense.points), TAIL_QUANTILE)
-        )
+        of_subset["back_99"] = float(np.quantile(self.trials.distances_back(back.dense), TAIL_QUANTILE))
         of_subset |= recovered_z(prepared, back.comparable, self.trials.tests)
         errors.loc[0, list(of_subset)] = list(of_subset.values())
         about = {"measured_on": NOT_KEPT if test is None else INDEPENDENT}
@@ -247,12 +245,11 @@ def represent(
     if request.error is not None:
         hydrogens = molecule is not None and not molecule.heavy.all()
         trials, (dots, interval, decided_by) = _smallest(trials, request, hydrogens, choices)
-        weight = subset_weights(prepared.points, dots)
     else:
         n_s, n_tests = _n_s(request, prepared), len(trials.tests)
         wanted = (n_s, request.max_z, request.combination)
-        dots, weight = find_subset(prepared, sampler, *wanted, n_tests, choices)
-    area = subset_areas(surface.points, surface.area, dots)
+        dots = find_subset(prepared, sampler, *wanted, n_tests, choices)
+    weight, area = weights_and_areas(surface.points, surface.area, dots, threads)
     # a sampler of the user may leave nearly all of the surface to one dot
     kept = replace(
         surface.take(dots), area=area if area.max() <= largest_area(area) else np.full(len(dots), np.nan)
@@ -262,7 +259,7 @@ def represent(
         model = SPHERES if trials.model == SPHERES and determines_atoms else request.reconstruction
         kept = replace(kept, reconstruction=atoms.reconstruction(model))
     if request.reconstruction == SPHERES:  # refuse dots that do not lie on spheres
-        reconstruct(kept, model=SPHERES, threads=threads)
+        reconstruction_of(kept, SPHERES, threads=threads)
     model = SPHERES if determines_atoms else INTERPOLANT
     few = Subset(dots, weight, kept, molecule, interval, trials.sampler, model, decided_by)
     measure = partial(Representation(trials, few, molecule).errors, threads)

@@ -3,9 +3,9 @@
 Source: paper, 'Optimization of the sampling parameters'.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
-from functools import cached_property
+from functools import cache, cached_property, partial
 from typing import Any, Self
 
 import numpy as np
@@ -31,7 +31,7 @@ DOTS_PER_PUBLISHED_TEST = 200  # the authors test N / 200 dots
 class Sampling:
     """What the published sampling needs of the dots: each value is computed at most once, for all copies that share it."""
 
-    index: PatchIndex
+    linked: Callable[[], PatchIndex]
     settings: Settings
     given_roughness: np.ndarray | None
     threads: int
@@ -42,7 +42,7 @@ class Sampling:
         if self.given_roughness is not None:
             return self.given_roughness
         patches = self.settings.patches
-        return local_roughness(self.index, patches.r_patch, self.threads, patches.roughness)
+        return local_roughness(self.linked(), patches.r_patch, self.threads, patches.roughness)
 
     @cached_property
     def cover(self) -> published.Cover:
@@ -57,12 +57,12 @@ class Sampling:
 
     def cover_by(self, *rules: bool) -> published.Cover:
         """Return the patches of the published sampling with two rules, see `published.build_cover`."""
-        return published.build_cover(self.index, self.roughness, self.settings.patches.r_patch, *rules)
+        return published.build_cover(self.linked(), self.roughness, self.settings.patches.r_patch, *rules)
 
 
 @dataclass(frozen=True, eq=False, init=False, repr=False)
 class PreparedSurface:
-    """A surface prepared for many evaluations: its index is built, and roughness and cover are computed at most once.
+    """A surface prepared for many evaluations: its index, roughness and cover are computed at most once.
 
     It cannot be changed. `with_dots`, `with_link`, `with_cover`, `with_descriptor`, `with_streams` and `with_threads` return a
     copy in which one thing differs, together with everything that follows from it.
@@ -83,7 +83,7 @@ class PreparedSurface:
     settings: Settings
     stream: Streams
     threads: int
-    index: PatchIndex
+    linked: Callable[[], PatchIndex]  # the index of the dots, built when it is first needed
     sampling: Sampling
     given_cover: published.Cover | None
 
@@ -95,14 +95,14 @@ class PreparedSurface:
         streams: Streams = Streams(),  # noqa: B008, frozen
         threads: int = 1,
     ) -> None:
-        index = build_index(surface.points, surface.normals, settings.patches.d_link)
+        linked = _linked(surface, settings.patches.d_link)
         self._set(
             surface=surface,
             settings=settings,
             stream=streams,
             threads=threads,
-            index=index,
-            sampling=Sampling(index, settings, roughness, threads),
+            linked=linked,
+            sampling=Sampling(linked, settings, roughness, threads),
             given_cover=None,
         )
 
@@ -121,6 +121,11 @@ class PreparedSurface:
     def normals(self) -> np.ndarray:
         """Outward unit normals of the dots, (N, 3)."""
         return self.surface.normals
+
+    @property
+    def index(self) -> PatchIndex:
+        """The index of the dots."""
+        return self.linked()
 
     @property
     def patches(self) -> PatchesSettings:
@@ -338,9 +343,7 @@ class PreparedSurface:
 
     def with_link(self, d_link: float) -> Self:
         """Return a copy whose islands are linked below another distance, Å; it is sampled as before, from the same cover."""
-        return self._with(
-            settings=self._settings_with(d_link=d_link), index=build_index(self.points, self.normals, d_link)
-        )
+        return self._with(settings=self._settings_with(d_link=d_link), linked=_linked(self.surface, d_link))
 
     def with_cover(self, cover: published.Cover) -> Self:
         """Return a copy that is sampled from another cover of the same dots."""
@@ -372,6 +375,11 @@ class PreparedSurface:
     def _set(self, **values: Any) -> None:
         """Set the fields of a new object, which is frozen from then on."""
         vars(self).update(values)
+
+
+def _linked(surface: Any, d_link: float) -> Callable[[], PatchIndex]:
+    """Return a function that builds the index of dots at its first call."""
+    return cache(partial(build_index, surface.points, surface.normals, d_link))
 
 
 def number_of_tests(requested: int | str, n_dots: int) -> int:

@@ -18,7 +18,7 @@ from sparsurf.recovery.law import start_density
 from sparsurf.recovery.reconstructing import MIN_SHARE
 from sparsurf.recovery.spheres.votes import MIN_DOTS
 from sparsurf.sampling.combination import PUBLISHED_CHOICES, Choices
-from sparsurf.sampling.samplers import SamplerLike, get_samplers, subset_weights
+from sparsurf.sampling.samplers import SamplerLike, get_samplers
 from sparsurf.settings import BY_ALL, BY_FEWEST, BY_MEAN
 
 log = logging.getLogger("sparsurf")
@@ -49,8 +49,8 @@ def find_subset(
     combination: Sequence[float] | None = None,
     n_tests: int = 400,
     choices: Choices = PUBLISHED_CHOICES,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Find a subset with a requested number of dots, a requested Z or a given combination, and the dots that each represents.
+) -> np.ndarray:
+    """Find a subset with a requested number of dots, a requested Z or a given combination.
 
     `n_s` is exact except for the paper's samplers; the smallest n_S that reaches `z` under `full` is used. `combination` is one
     draw of the paper's sampling, or of paper_corrected if that is the sampler. Dots are in the order of choice.
@@ -60,19 +60,17 @@ def find_subset(
     if combination is not None:
         if sampler == "paper_corrected":
             prepared = prepared.with_cover(prepared.corrected_cover)
-        subset = prepared.pair(combination, 0)[0]
-    elif z is not None:
+        return prepared.pair(combination, 0)[0]
+    if z is not None:
         if not z >= 0:
             raise InputError(f"{argument('minimal.max_z')} is {z:g}, but a distance cannot be negative.")
-        subset = _smallest_for_z(z, Trials(prepared, sampler, n_tests, choices))
-    else:
-        if n_s is None or not 1 <= n_s <= n_dots:
-            raise InputError(
-                f"{argument('minimal.n_dots')} is {n_s}, but {prepared.name} has {n_dots} dots; give 1 to {n_dots}, "
-                f"or {argument('minimal.percent')}."
-            )
-        subset = draw_subset(prepared, sampler, n_s, choices)
-    return subset, subset_weights(prepared.points, subset)
+        return _smallest_for_z(z, Trials(prepared, sampler, n_tests, choices))
+    if n_s is None or not 1 <= n_s <= n_dots:
+        raise InputError(
+            f"{argument('minimal.n_dots')} is {n_s}, but {prepared.name} has {n_dots} dots; give 1 to {n_dots}, "
+            f"or {argument('minimal.percent')}."
+        )
+    return draw_subset(prepared, sampler, n_s, choices)
 
 
 def draw_subset(

@@ -23,7 +23,7 @@ from sparsurf.sampling.combination import PUBLISHED_CHOICES, Choices
 from sparsurf.sampling.cover import AtomCover
 from sparsurf.sampling.samplers import SamplerLike, get_samplers, nearest_kept
 from sparsurf.settings import BY_BACK, BY_FORTH, BY_MEAN
-from sparsurf.surfaces.exact_distance import exact_distance
+from sparsurf.surfaces.exact_distance import distance_of_dots
 from sparsurf.surfaces.molecular_surface import RolledFrame, rolled_atoms
 from sparsurf.surfaces.surface import Surface, SurfaceOrigin
 
@@ -142,16 +142,20 @@ class Trials:
         points = kept_out(surface.points, dots) if test is None else test.points
         return points, distance_to_reconstructed(points, self.few(dots), self.model, threads)
 
-    def distances_back(self, points: np.ndarray) -> np.ndarray:
-        """Measure the distances, Å, of each `BACK_EVERY`-th point of a reconstructed surface from the true one.
+    def distances_back(self, dense: Surface) -> np.ndarray:
+        """Measure the distances, Å, of each `BACK_EVERY`-th dot of a reconstructed surface from the true one.
 
         They are exact where the atoms are known, and else those from the planes of all dots.
         """
-        sampled, threads = points[::BACK_EVERY], self.prepared.threads
+        points, normals, threads = (
+            dense.points[::BACK_EVERY],
+            dense.normals[::BACK_EVERY],
+            self.prepared.threads,
+        )
         if self.rolled is None or not self.rolled.rolled.exact:
             test = self.test_surface or self.prepared.surface
-            return distance_to_surface(sampled, test.points, test.normals, threads)
-        return np.abs(exact_distance(sampled, self.rolled, threads=threads))
+            return distance_to_surface(points, test.points, test.normals, threads)
+        return distance_of_dots(points, normals, self.rolled, threads)
 
     def reconstructed(self, dots: np.ndarray) -> Reconstructed:
         """Reconstruct the surface from a subset: densely, and at a density at which it is compared with the whole surface.
@@ -173,7 +177,7 @@ class Trials:
             kept_out(self.prepared.points, dots) if self.test_surface is None else self.test_surface.points
         )
         errors = found.distances(points, threads, self.rolled)
-        back = self.distances_back(found.dense.points)
+        back = self.distances_back(found.dense)
         high_99, back_99 = (float(np.quantile(distances, TAIL_QUANTILE)) for distances in (errors, back))
         return MeasuredError(float(errors.mean()), 0.0, high_99, back_99)
 
@@ -181,14 +185,10 @@ class Trials:
         """Measure how far each dot, or the surface reconstructed next to it, lies from the other surface, (N,) float64, Å."""
         from scipy.spatial import cKDTree  # here: it takes a quarter of a second to load
 
-        found, points, threads = (
-            self.reconstructed(dots).dense.points,
-            self.prepared.points,
-            self.prepared.threads,
-        )
-        errors = self.reconstructed(dots).distances(points, threads)
-        nearest = cKDTree(points).query(found[::BACK_EVERY], workers=threads)[1]
-        np.maximum.at(errors, nearest, self.distances_back(found))
+        found, points, threads = self.reconstructed(dots), self.prepared.points, self.prepared.threads
+        errors = found.distances(points, threads)
+        nearest = cKDTree(points).query(found.dense.points[::BACK_EVERY], workers=threads)[1]
+        np.maximum.at(errors, nearest, self.distances_back(found.dense))
         return errors
 
     def few(self, dots: np.ndarray) -> Surface:

@@ -18,6 +18,7 @@ from sparsurf.arguments import D_LINK as D_LINK  # re-exported: most users impor
 from sparsurf.arguments import R_PATCH as R_PATCH
 from sparsurf.arguments import R_ZERNIKE as R_ZERNIKE
 from sparsurf.kernels import njit
+from sparsurf.threads import parallel_map
 
 CELL_SIDE = 2.0  # Å; a third of R_ZERNIKE is the fastest
 MIN_LINKS_PER_DOT = 6  # a constant number of iterations avoids mispredicted loop ends
@@ -25,6 +26,7 @@ GROUP_SIZE = 64  # dots of a group, one for each bit of a word
 ALL_BITS = np.uint64(2**64 - 1)
 N_SHELLS = 64  # around a group, in which dots are sorted by their distance
 ROUNDING_MARGIN = 1e-9  # Å, far above rounding
+FARTHEST = 1e7  # Å, at which no dot is looked for
 
 
 class PatchIndex(NamedTuple):
@@ -346,3 +348,57 @@ def select_separated(
                         ex, ey, ez = index.xyz[q, 0] - x, index.xyz[q, 1] - y, index.xyz[q, 2] - z
                         blocked[q] |= ex * ex + ey * ey + ez * ez <= r2
     return out[:m].copy()
+
+
+def nearest_dots(
+    index: PatchIndex,
+    points: np.ndarray,
+    first: float,
+    itself: np.ndarray | None = None,
+    threads: int = 1,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Find the dot nearest to each point (m, 3), the lowest of equally near ones, and its distance, Å, (m,) each.
+
+    It is looked for within `first` Å, and then twice as far each time. `itself` (m,) are positions that do not count.
+    """
+    dot, distance = np.full(len(points), -1), np.full(len(points), np.inf)
+    itself = np.full(len(points), -1) if itself is None else itself
+    parallel_map(
+        lambda a, b: _write_nearest(index, points[a:b], itself[a:b], float(first), dot[a:b], distance[a:b]),
+        len(points),
+        threads,
+    )
+    return dot, distance
+
+
+@njit(cache=True, nogil=True)
+def _write_nearest(
+    index: PatchIndex,
+    points: np.ndarray,
+    itself: np.ndarray,
+    first: float,
+    dot: np.ndarray,
+    distance: np.ndarray,
+) -> None:
+    """Write the nearest dot of each point of a slice, and its distance."""
+    for i in range(len(points)):
+        x, y, z = points[i, 0], points[i, 1], points[i, 2]
+        found, best, within = np.int64(-1), 0.0, first
+        while found < 0 and within < FARTHEST:
+            best = within * within
+            a0, a1 = cells_within(x, within, index.origin[0], index.side, index.shape[0])
+            b0, b1 = cells_within(y, within, index.origin[1], index.side, index.shape[1])
+            c0, c1 = cells_within(z, within, index.origin[2], index.side, index.shape[2])
+            for a in range(a0, a1 + 1):
+                for b in range(b0, b1 + 1):
+                    if c1 < c0:
+                        continue
+                    row = (a * index.shape[1] + b) * index.shape[2]
+                    for q in range(index.start[row + c0], index.start[row + c1 + 1]):
+                        u, v, w = index.xyz[q, 0] - x, index.xyz[q, 1] - y, index.xyz[q, 2] - z
+                        d2 = u * u + v * v + w * w
+                        if q != itself[i] and (d2 < best or (d2 == best and index.dot[q] < found)):
+                            best, found = d2, np.int64(index.dot[q])
+            within *= 2.0
+        if found >= 0:
+            dot[i], distance[i] = found, math.sqrt(best)

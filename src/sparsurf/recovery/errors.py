@@ -6,9 +6,9 @@ import numpy as np
 import pandas as pd
 
 from sparsurf.kernels import njit
-from sparsurf.patches.index import R_ZERNIKE, PatchIndex, ball, ball_bound, build_grid, cells_within
+from sparsurf.patches.index import R_ZERNIKE, PatchIndex, ball, ball_bound, build_grid, nearest_dots
 from sparsurf.recovery.interpolated_surface import CELL, interpolate_surface
-from sparsurf.surfaces.exact_distance import exact_distance
+from sparsurf.surfaces.exact_distance import distance_of_dots
 from sparsurf.surfaces.molecular_surface import RolledFrame
 from sparsurf.surfaces.spacing import DENSITY
 from sparsurf.threads import parallel_map
@@ -18,8 +18,9 @@ DENSITY_FOR_ERRORS = 20.0
 MIN_CURVATURE = 0.05  # 1/Å, that of a sphere of 20 Å: a more curved patch is a cleft or a ridge
 EVERYWHERE = "everywhere"
 EVERY = 16  # n-th dot of a surface whose spacing is measured
-# Å, around a point in which the nearest dot is first looked for, which dense dots are apart, and in which it is last looked for
-FIRST_REACH, LAST_REACH = 0.25, 4.0
+FIRST_REACH = (
+    0.25  # Å, around a point in which the nearest dot is first looked for: dense dots are so far apart
+)
 TAIL_QUANTILE = 0.99  # of the distances, reported next to mean and largest
 
 
@@ -45,73 +46,18 @@ def distance_to_surface(
     """
     index = build_grid(surface_points, side=CELL)
     points = np.ascontiguousarray(points, float)
-    nearest, distance = _nearest(index, points, np.full(len(points), -1), threads)
+    nearest, distance = nearest_dots(index, points, FIRST_REACH, threads=threads)
     if true is not None and true.rolled.exact:
         used, place = np.unique(nearest, return_inverse=True)  # points between few dots share the nearest one
-        height = np.abs(exact_distance(surface_points[used], true, threads=threads))[place]
+        height = distance_of_dots(surface_points[used], surface_normals[used], true, threads)[place]
     else:
         height = np.abs(np.einsum("ij,ij->i", points - surface_points[nearest], surface_normals[nearest]))
     spacing = 0.0
     if len(surface_points) > 1:
         measured = index.position[::EVERY].astype(np.int64)
-        spacing = np.median(_nearest(index, index.xyz[measured], measured, threads)[1])
+        spacing = np.median(nearest_dots(index, index.xyz[measured], FIRST_REACH, measured, threads)[1])
     # A dot says nothing beyond its neighbours: over a hole, a height of 0 would hide the error
     return np.where(distance <= 2 * spacing, height, distance)
-
-
-def _nearest(
-    index: PatchIndex, points: np.ndarray, itself: np.ndarray, threads: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the dot nearest to each point (m, 3), other than the one at the position `itself`, and its distance, Å, (m,)."""
-    dot, distance = np.full(len(points), -1), np.empty(len(points))
-    parallel_map(
-        lambda begin, end: _write_nearest(index, points, itself, begin, end, dot, distance),
-        len(points),
-        threads,
-    )
-    far = np.flatnonzero(dot < 0)
-    if len(far):
-        from scipy.spatial import cKDTree  # here: it takes a quarter of a second to load
-
-        # The second one where the nearest is the dot itself
-        rank = [2] if itself[far[0]] >= 0 else [1]
-        distances, positions = cKDTree(index.xyz).query(points[far], k=rank, workers=threads)
-        distance[far], dot[far] = np.ravel(distances), index.dot[np.ravel(positions)]
-    return dot, distance
-
-
-@njit(cache=True, nogil=True)
-def _write_nearest(
-    index: PatchIndex,
-    points: np.ndarray,
-    itself: np.ndarray,
-    begin: int,
-    end: int,
-    dot: np.ndarray,
-    distance: np.ndarray,
-) -> None:
-    """Write the nearest dot of points of a slice that have one within `LAST_REACH` Å; the lowest of equally near ones."""
-    for i in range(begin, end):
-        x, y, z = points[i, 0], points[i, 1], points[i, 2]
-        found, best, within = np.int64(-1), 0.0, FIRST_REACH
-        while found < 0 and within <= LAST_REACH:  # in a ball twice as large each time
-            best = within * within
-            a0, a1 = cells_within(x, within, index.origin[0], index.side, index.shape[0])
-            b0, b1 = cells_within(y, within, index.origin[1], index.side, index.shape[1])
-            c0, c1 = cells_within(z, within, index.origin[2], index.side, index.shape[2])
-            for a in range(a0, a1 + 1):
-                for b in range(b0, b1 + 1):
-                    if c1 < c0:
-                        continue
-                    row = (a * index.shape[1] + b) * index.shape[2]
-                    for q in range(index.start[row + c0], index.start[row + c1 + 1]):
-                        ex, ey, ez = index.xyz[q, 0] - x, index.xyz[q, 1] - y, index.xyz[q, 2] - z
-                        d2 = ex * ex + ey * ey + ez * ez
-                        if d2 < best and q != itself[i]:
-                            best, found = d2, np.int64(q)
-            within *= 2.0
-        if found >= 0:
-            dot[i], distance[i] = index.dot[found], math.sqrt(best)
 
 
 def curvature(index: PatchIndex, radius: float = R_ZERNIKE, threads: int = 1) -> np.ndarray:

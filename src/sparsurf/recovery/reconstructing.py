@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -14,8 +15,8 @@ from sparsurf.files import pluralise
 from sparsurf.recovery.errors import DENSITY_FOR_ERRORS, distance_to_surface
 from sparsurf.recovery.fields import interpolate_fields
 from sparsurf.recovery.interpolated_surface import MIN_INTERPOLATED, NEWTON_STEPS, REACH, interpolate_surface
-from sparsurf.recovery.spheres.rebuilding import Rebuilt, rebuild_at
-from sparsurf.recovery.spheres.votes import MIN_DOTS
+from sparsurf.recovery.spheres.rebuilding import KeptDots, Rebuilt
+from sparsurf.recovery.spheres.votes import MIN_DOTS, model_of
 from sparsurf.surfaces.components import fields_without_component
 from sparsurf.surfaces.molecular_surface import RolledFrame
 from sparsurf.surfaces.spacing import DENSITY
@@ -43,7 +44,7 @@ def reconstruct(
     The model 'auto' is the one that the dots say, or else the spheres where the dots lie on them. Other arguments are those of
     `interpolate_surface`.
     """
-    return reconstruct_at(few, (density,), model, reach, steps, threads)[0]
+    return reconstruction_of(few, model, reach, steps, threads)(density)
 
 
 def surface_with_fields(few: Surface, rebuilt: Rebuilt) -> Surface:
@@ -54,15 +55,14 @@ def surface_with_fields(few: Surface, rebuilt: Rebuilt) -> Surface:
     return Surface(rebuilt.points, rebuilt.normals, rebuilt.area, fields=fields)
 
 
-def reconstruct_at(
+def reconstruction_of(
     few: Surface,
-    densities: Sequence[float],
     model: Model = AUTO,
     reach: float = REACH,
     steps: int = NEWTON_STEPS,
     threads: int = 1,
-) -> list[Rebuilt]:
-    """Reconstruct the surface of few dots as `reconstruct` does, at each of several densities."""
+) -> Callable[[float], Rebuilt]:
+    """Return a function that reconstructs the surface of few dots, as `reconstruct` does, at any density."""
     origin = few.reconstruction
     if len(few) < MIN_INTERPOLATED:
         log.warning(
@@ -71,43 +71,40 @@ def reconstruct_at(
         )  # fmt: skip
     if model == INTERPOLANT or (model == AUTO and origin is not None and origin.model == INTERPOLANT):
         dots = few.points, few.normals
-        return [Rebuilt(*interpolate_surface(*dots, density, reach, steps, threads)) for density in densities]
+        return lambda density: Rebuilt(*interpolate_surface(*dots, density, reach, steps, threads))
     probe_radius, radii = (None, None) if origin is None else (origin.probe_radius, origin.radii)
-    rebuilt = rebuild_at(
-        few.points,
-        few.normals,
-        densities,
-        reach,
-        steps,
-        threads,
-        probe_radius,
-        radii,
-        chosen=origin is not None and origin.model == SPHERES,
-    )
-    found = rebuilt[0]
-    if model == SPHERES and found.share < MIN_SHARE:
-        reason = f"{100 * found.share:.0f} % of them lie on spheres of atoms that follow from them, and half of them must"
+    kept = KeptDots(few.points, few.normals, model_of(few.points, few.normals, probe_radius, radii), threads)
+    share = kept.share if kept.lie_on_spheres else 0.0
+    chosen = origin is not None and origin.model == SPHERES
+    if model == SPHERES and share < MIN_SHARE:
+        reason = f"{100 * share:.0f} % of them lie on spheres of atoms that follow from them, and half of them must"
         if len(few) < MIN_DOTS:
             reason = f"there are {len(few)}, and atoms follow from at least {MIN_DOTS}"
         raise InputError(
             f"recover: the reconstruction 'spheres' does not suit these dots: {reason}; leave it out, or give 'interpolant'."
         )
-    if origin is not None and origin.model == SPHERES and found.share < MIN_SHARE:
+    if origin is not None and chosen and share < MIN_SHARE:
         log.warning(
             "recover: only %.0f %% of the dots lie on spheres of atoms that follow from them with their probe of %g Å and "
             "their radii '%s'; the rest is interpolated, with a larger error. If their file names these wrongly, "
             "remove its columns probe_radius, radii and reconstruction, so that both are inferred.",
-            100 * found.share, origin.probe_radius, origin.radii,
+            100 * share, origin.probe_radius, origin.radii,
         )  # fmt: skip
-    return rebuilt
+    return lambda density: kept.rebuilt(density, reach, steps, chosen)
 
 
-class Reconstructed(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Reconstructed:
     """The surface of few dots at two densities; `reconstruct_twice` makes it."""
 
     dense: Surface  # from whose dots errors are measured
-    comparable: Surface  # as dense as the whole surface, for patches and pictures
     share: float  # of the dots that lie on inferred atoms; 0 where the interpolant is used everywhere
+    _place_comparable: Callable[[], Rebuilt] = field(repr=False)
+
+    @cached_property
+    def comparable(self) -> Surface:
+        """The surface as dense as the whole one, for patches and pictures, reconstructed when it is first read."""
+        return Surface(*self._place_comparable()[:2])
 
     @property
     def model(self) -> str:
@@ -130,24 +127,25 @@ def reconstruct_twice(
 
     Errors are measured from dots of the density `of_spheres` where these lie on spheres.
     """
-    densely, comparable = _densely(few, model, threads, density, of_spheres=of_spheres)
-    return Reconstructed(Surface(*densely[:2]), Surface(*comparable[:2]), densely.share)
+    dense, at = _densely(few, model, threads, of_spheres)
+    return Reconstructed(Surface(*dense[:2]), dense.share, partial(at, density))
 
 
 def _densely(
-    few: Surface, model: Model, threads: int, *densities: float, of_spheres: float = DENSITY_FOR_SPHERES
-) -> list[Rebuilt]:
-    """Reconstruct the surface of few dots so densely that errors are measured from its dots, and at further densities.
+    few: Surface, model: Model, threads: int, of_spheres: float = DENSITY_FOR_SPHERES
+) -> tuple[Rebuilt, Callable[[float], Rebuilt]]:
+    """Reconstruct the surface of few dots so densely that errors are measured from its dots; return it at other densities, too.
 
-    Returned is of each what `reconstruct` returns; the model 'spheres' refuses no dots.
+    The model 'spheres' refuses no dots.
     """
     if model == INTERPOLANT:
-        densities = (DENSITY_FOR_ERRORS, *densities)
-        return reconstruct_at(few, densities, INTERPOLANT, threads=threads)
-    dense, *further = reconstruct_at(few, (of_spheres, *densities), AUTO, threads=threads)
+        at = reconstruction_of(few, INTERPOLANT, threads=threads)
+        return at(DENSITY_FOR_ERRORS), at
+    at = reconstruction_of(few, AUTO, threads=threads)
+    dense = at(of_spheres)
     if dense.share == 0:
         dense = reconstruct(few, DENSITY_FOR_ERRORS, INTERPOLANT, threads=threads)
-    return [dense, *further]
+    return dense, at
 
 
 def distance_to_reconstructed(

@@ -11,14 +11,13 @@ import numpy as np
 
 from sparsurf import kinds
 from sparsurf.errors import InputError
-from sparsurf.patches.index import select_separated
+from sparsurf.patches.index import build_grid, nearest_dots, select_separated
 from sparsurf.sampling import published
 from sparsurf.sampling.combination import PUBLISHED_CHOICES, Choices
 from sparsurf.sampling.farthest_point import farthest_point_sampling
 from sparsurf.sampling.published import SampledSurface
 from sparsurf.surfaces.chosen_points import on_steps
 
-MAX_EQUALLY_NEAR = 4  # kept dots
 MAX_SURPLUS = 0.005  # largest accepted share of dots above n; the surplus is discarded at random
 
 
@@ -183,24 +182,23 @@ def farthest(prepared: SampledSurface, n: int, rng: np.random.Generator) -> np.n
     return farthest_point_sampling(prepared.index, n, rng)
 
 
-def subset_weights(points: np.ndarray, subset: np.ndarray) -> np.ndarray:
-    """Count the surface dots that are nearest to each kept dot (itself included), (n,) int64; the sum is N."""
-    return np.bincount(nearest_kept(points, subset)[0], minlength=len(subset))
+def weights_and_areas(
+    points: np.ndarray, area: np.ndarray, subset: np.ndarray, threads: int = 1
+) -> tuple[np.ndarray, np.ndarray]:
+    """Count the dots that are nearest to each kept dot, (n,) int64, and sum their areas, (n,) float64, Å^2."""
+    nearest = nearest_chosen(points, subset, threads)
+    return np.bincount(nearest, minlength=len(subset)), np.bincount(nearest, area, len(subset))
 
 
-def subset_areas(points: np.ndarray, area: np.ndarray, subset: np.ndarray) -> np.ndarray:
-    """Sum the areas of the surface dots that are nearest to each kept dot, (n,) float64, Å^2; the sum is that of the surface.
+def nearest_chosen(points: np.ndarray, subset: np.ndarray, threads: int = 1) -> np.ndarray:
+    """Find which kept dot is nearest to every dot, (N,) indices into `subset`; of equally near ones, that chosen first.
 
-    A dot that is equally near to several counts with the one that was chosen first. The squares of the distances between
-    positions on steps are exact, so that no rounding decides.
+    The squares of the distances between positions on steps are exact, so that no rounding decides.
     """
-    from scipy.spatial import cKDTree  # here: it takes a quarter of a second to load
-
-    positions, k = on_steps(points), min(MAX_EQUALLY_NEAR, len(subset))
-    tree = cKDTree(positions[subset])
-    distance, near = map(np.asarray, tree.query(positions, range(1, k + 1)))
-    nearest = np.where(distance == distance[:, :1], near, len(subset)).min(axis=1)
-    return np.bincount(nearest, area, len(subset))
+    positions = on_steps(points)
+    few = np.ascontiguousarray(positions[subset])
+    edge = max(float(np.prod(np.maximum(np.ptp(few, axis=0), 1e-3)) / len(few)) ** (1 / 3), 1e-3)
+    return nearest_dots(build_grid(few, side=edge), positions, edge, threads=threads)[0]
 
 
 def nearest_kept(points: np.ndarray, subset: np.ndarray, threads: int = 1) -> tuple[np.ndarray, np.ndarray]:

@@ -107,13 +107,23 @@ class RolledProbe(NamedTuple):
     left_out: EnclosedCentres  # centres of the probe at which no dots are placed, and which trim none
 
 
-def roll_probe(xyz: np.ndarray, radii: np.ndarray, probe: float, exact: bool) -> RolledProbe:
-    """Roll the probe over atoms at distinct positions `xyz` (A, 3) with `radii` (A,), Å; unless `exact`, as DMS does."""
+def roll_probe(
+    xyz: np.ndarray, radii: np.ndarray, probe: float, exact: bool, before: RolledProbe | None = None
+) -> RolledProbe:
+    """Roll the probe over atoms at distinct positions `xyz` (A, 3) with `radii` (A,), Å; unless `exact`, as DMS does.
+
+    The first of them may have been rolled over `before`.
+    """
     relative, shift = relative_positions(xyz)
     # As DMS visits the atoms: which of two comes first decides where the strips of their saddle begin
     by_position = np.lexsort(relative.T[::-1])
     radii = radii[by_position]
-    rolling = roll((relative + shift)[by_position], radii + probe)
+    place = None
+    if before is not None:
+        rank = np.empty(len(xyz), np.int64)
+        rank[by_position] = np.arange(len(xyz))
+        place = rank[before.by_position]
+    rolling = roll((relative + shift)[by_position], radii + probe, before and before.rolling, place)
     blockers = rolling.atoms if exact else without_covered_circles(rolling.atoms)
     # DMS drops circles that one sphere covers, so that parts of a sphere without arcs are accessible
     whole = np.full(len(radii), exact)

@@ -36,6 +36,7 @@ from sparsurf.surfaces.vectors import (
     Vector,
     add_scaled,
     cell_column,
+    cross,
     dot,
     point,
     sort_into_cells,
@@ -53,6 +54,8 @@ FIRST_DEPTH = 0.5  # Å, to which all points are searched; only those that lie d
 DEEPEST = 10.0  # Å
 # Å^2, far above the rounding of squared distances, so that no nearer place is passed over
 ROUNDING_OF_SQUARES = 1e-9
+# Å, between the centre of a probe and a sphere that it touches: above the shift of the spheres, far below what errors show
+TOUCH = 1e-7
 
 
 def exact_distance(
@@ -101,6 +104,98 @@ def exact_distance(
             break
         remaining, depth = remaining[is_deeper], min(2 * depth, deepest)
     return distance
+
+
+def distance_of_dots(
+    points: np.ndarray, normals: np.ndarray, rolled: RolledFrame, threads: int = 1
+) -> np.ndarray:
+    """Compute the distance (N,), Å, of dots with unit normals from the surface of `exact_distance`, on either side of it.
+
+    Most dots of a surface that was reconstructed from atoms lie on it: their own probe says so, and they need no search.
+    """
+    rolling, probe = rolled.rolled.rolling, rolled.rolled.probe
+    enclosed = enclosed_centres(rolling) if rolled.cavities == "remove" else no_enclosed_centres(rolling)
+    positions = np.asarray(points, float) - rolled.rolled.origin
+    cells = sort_into_cells(rolling.atoms.centre, rolling.atoms.reach.max() + TOUCH)
+    lies_on = np.empty(len(positions), bool)
+    parallel_map(
+        lambda a, b: _write_lies_on(
+            positions[a:b], normals[a:b], probe, rolling, enclosed, cells, lies_on[a:b]
+        ),
+        len(positions),
+        threads,
+        POSITIONS_PER_TASK,
+    )
+    distance = np.zeros(len(positions))
+    distance[~lies_on] = np.abs(exact_distance(points[~lies_on], rolled, threads=threads))
+    return distance
+
+
+@njit(cache=True, nogil=True)
+def _write_lies_on(
+    positions: np.ndarray,
+    normals: np.ndarray,
+    probe: float,
+    rolling: Rolling,
+    enclosed: EnclosedCentres,
+    cells: Cells,
+    lies_on: np.ndarray,
+) -> None:
+    """Write for each dot of a slice whether its probe proves that it lies on the surface.
+
+    A dot x lies on the surface if the centre q of its probe is free, and x lies in the convex hull of q and the centres c of
+    spheres that the probe touches. Proof: |y - c| >= |q - c| for every free centre y, hence 2 (y - q) . (c - q) <= |y - q|^2.
+    With x - q = sum of a (c - q), where no a is negative and their sum is at most 1, it follows that
+    |y - x|^2 = |x - q|^2 + |y - q|^2 - 2 (y - q) . (x - q) >= |x - q|^2: no free centre is nearer to x than q is.
+    """
+    centre, reach = rolling.atoms.centre, rolling.atoms.reach
+    touched = np.empty(3, np.int64)
+    for n in range(len(positions)):
+        inward = add_scaled((0.0, 0.0, 0.0), -probe, point(normals, n))
+        place, m, is_free = subtract(point(positions, n), inward), 0, True
+        for c in range(9):
+            slot, last = cell_column(cells, place, c)
+            while is_free and slot < len(cells.key) and cells.key[slot] <= last:
+                k = cells.order[slot]
+                slot += 1
+                d2 = squared_distance(point(centre, k), place)
+                if d2 < (reach[k] + TOUCH) ** 2:
+                    is_free = d2 > (reach[k] - TOUCH) ** 2
+                    if m < 3:
+                        touched[m] = k
+                    m += 1
+        lies_on[n] = (
+            is_free
+            and 0 < m <= 3
+            and _is_in_hull(inward, place, centre, touched[:m])
+            and not is_enclosed(place, touched[0], rolling, enclosed)
+        )
+
+
+@njit(cache=True, nogil=True)
+def _is_in_hull(inward: Vector, place: Vector, centre: np.ndarray, touched: np.ndarray) -> bool:
+    """Return whether the way from a place lies in the hull of the ways to one, two or three touched centres, and 0."""
+    a = subtract(point(centre, touched[0]), place)
+    if len(touched) == 1:
+        x, y, z = dot(inward, a) / dot(a, a), 0.0, 0.0
+        b = c = a
+    else:
+        b = subtract(point(centre, touched[1]), place)
+        normal = cross(a, b)
+        c = subtract(point(centre, touched[2]), place) if len(touched) == 3 else normal
+        whole = dot(normal, c)
+        if whole == 0.0:
+            return False
+        x, y, z = (
+            dot(inward, cross(b, c)) / whole,
+            dot(inward, cross(c, a)) / whole,
+            dot(inward, normal) / whole,
+        )
+        if len(touched) == 2:
+            z = 0.0
+    x, y, z = max(x, 0.0), max(y, 0.0), max(z, 0.0)
+    rest = add_scaled(add_scaled(add_scaled(inward, -x, a), -y, b), -z, c)
+    return x + y + z <= 1.0 and dot(rest, rest) < TOUCH**2
 
 
 @njit(cache=True, nogil=True)

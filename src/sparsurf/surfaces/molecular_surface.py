@@ -65,7 +65,7 @@ def surface_of_spheres(
     dots, _ = rolled.surface_for_d_link(settings.density, d_link, name)
     generator = partial(surface_generator, spheres, 0, radii, settings, d_link, "surface")
     xyz, points = spheres.xyz[0], dots.points.copy()
-    origin = SurfaceOrigin(None, 0, xyz, settings, d_link, radii, rolled.components, points, generator)
+    origin = SurfaceOrigin(None, 0, xyz, settings, d_link, radii, rolled, points, generator)
     return dots.with_origin(origin)
 
 
@@ -95,7 +95,7 @@ def surface_of_surface_atoms(atoms: SurfaceAtoms, settings: Rules, d_link: float
         settings,
         d_link,
         radii,
-        rolled.components,
+        rolled,
         dots.points.copy(),
         generator,
     )
@@ -191,8 +191,10 @@ def roll_spheres(
 
 
 def rolled_atoms(atoms: SurfaceOrigin) -> RolledFrame:
-    """Roll the probe over the atoms of dots, by the rules of their origin."""
+    """Return the probe rolled over the atoms of dots: as they were placed, or anew by the rules of their origin."""
     rules = atoms.rules
+    if atoms.rolled is not None:
+        return atoms.rolled
     return roll_spheres(atoms.xyz, atoms.radii, rules.probe_radius, rules.reentrant, rules.cavities)
 
 

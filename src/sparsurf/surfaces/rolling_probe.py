@@ -71,28 +71,82 @@ class EnclosedCentres(NamedTuple):
     first: np.ndarray  # (A + 1,) int64
 
 
-def roll(centre: np.ndarray, reach: np.ndarray) -> Rolling:
-    """Find the arcs and the fixed probes, ordered by atoms and side, of distinct atoms (A, 3) with `reach` (A,), Å."""
-    cells = sort_into_cells(centre, 2 * reach.max())
-    atoms = RolledAtoms(centre, reach, *_overlaps(centre, reach, cells))
-    arcs, pair, probes, ends = _arcs(atoms)
+def roll(
+    centre: np.ndarray, reach: np.ndarray, before: Rolling | None = None, place: np.ndarray | None = None
+) -> Rolling:
+    """Find the arcs and the fixed probes, ordered by atoms and side, of distinct atoms (A, 3) with `reach` (A,), Å.
+
+    Where a probe was rolled over some of the atoms `before`, which are those at `place`, ascending, only the others and the atoms
+    that overlap with them are visited: the arcs of two atoms are stored with the lower one, and cut by its neighbours alone.
+    """
+    n, cells = len(centre), sort_into_cells(centre, 2 * reach.max())
+    if before is None or place is None:
+        before, place = nothing_rolled(cells), np.empty(0, np.int64)
+    old = np.full(n, -1)
+    old[place] = np.arange(len(place))
+    visited = old < 0
+    if len(place):
+        _mark_overlapping(centre, reach, cells, np.flatnonzero(visited), visited)
+    near = _overlaps(centre, reach, cells, visited, old, place, before.atoms.start, before.atoms.near)
+    atoms = RolledAtoms(centre, reach, *near)
+    arcs, pair, probes, ends = _arcs(atoms, visited)
+    old_pair, old_triple = place[before.pair], place[before.triple]
+    arcs_stay, probes_stay = ~visited[old_pair[:, 0]], ~visited[old_triple[:, 0]]
+    pair = np.concatenate([old_pair[arcs_stay], pair])
+    order = np.argsort(pair[:, 0], kind="stable")
+    arcs, pair = np.concatenate([before.arcs[arcs_stay], arcs])[order], pair[order]
     # By atoms and side, whichever arc a probe was found on
     by_position = np.lexsort(ends[:, 3::-1].T)
-    first_arc = np.searchsorted(pair[:, 0], np.arange(len(centre) + 1))
-    triple = np.column_stack([ends[:, 0], ends[:, 4:]])[by_position]
-    return Rolling(atoms, cells, arcs, pair, first_arc, probes[by_position], triple)
+    triple = np.concatenate([old_triple[probes_stay], ends[by_position][:, [0, 4, 5]]])
+    probes = np.concatenate([before.probes[probes_stay], probes[by_position]])
+    order = np.argsort(triple[:, 0], kind="stable")
+    first_arc = np.searchsorted(pair[:, 0], np.arange(n + 1))
+    return Rolling(atoms, cells, arcs, pair, first_arc, probes[order], triple[order])
+
+
+def nothing_rolled(cells: Cells) -> Rolling:
+    """Return the arcs and fixed probes of no atoms."""
+    atoms = RolledAtoms(np.empty((0, 3)), np.empty(0), np.zeros(1, np.int64), np.empty(0, np.int32))
+    pair, triple = np.empty((0, 2), np.int64), np.empty((0, 3), np.int64)
+    return Rolling(
+        atoms, cells, np.empty((0, N_ARC_COLUMNS)), pair, np.zeros(1, np.int64), np.empty((0, 3)), triple
+    )
 
 
 @njit(cache=True, nogil=True)
-def _overlaps(centre: np.ndarray, reach: np.ndarray, cells: Cells) -> tuple[np.ndarray, np.ndarray]:
-    """Build the neighbour lists `start` and `near` of `Atoms`."""
+def _mark_overlapping(
+    centre: np.ndarray, reach: np.ndarray, cells: Cells, new: np.ndarray, marked: np.ndarray
+) -> None:
+    """Mark the spheres that overlap with new ones."""
+    for i in new:
+        for c in range(9):
+            slot, last = cell_column(cells, point(centre, i), c)
+            while slot < len(centre) and cells.key[slot] <= last:
+                k = cells.order[slot]
+                slot += 1
+                if squared_distance(point(centre, k), point(centre, i)) < (reach[i] + reach[k]) ** 2:
+                    marked[k] = True
+
+
+@njit(cache=True, nogil=True)
+def _overlaps(
+    centre: np.ndarray,
+    reach: np.ndarray,
+    cells: Cells,
+    visited: np.ndarray,
+    old: np.ndarray,
+    place: np.ndarray,
+    old_start: np.ndarray,
+    old_near: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Build the neighbour lists `start` and `near` of `RolledAtoms`; those of atoms that are not visited are taken over."""
     n = len(centre)
     start = np.zeros(n + 1, np.int64)
     near, total = np.empty((64 * n, 1), np.int32), 0
     distance = np.empty((256, 1))
     for i in range(n):
         m = 0
-        for c in range(9):
+        for c in range(9 if visited[i] else 0):
             slot, last = cell_column(cells, point(centre, i), c)
             while slot < n and cells.key[slot] <= last:
                 k = cells.order[slot]
@@ -110,6 +164,12 @@ def _overlaps(centre: np.ndarray, reach: np.ndarray, cells: Cells) -> tuple[np.n
                     distance[p, 0], near[total + p, 0] = distance[p - 1, 0], near[total + p - 1, 0]
                     p -= 1
                 distance[p, 0], near[total + p, 0] = d2, k
+                m += 1
+        if not visited[i]:
+            for slot in range(old_start[old[i]], old_start[old[i] + 1]):
+                if total + m == len(near):
+                    near = doubled(near)
+                near[total + m, 0] = place[old_near[slot]]
                 m += 1
         total += m
         start[i + 1] = total
@@ -244,8 +304,10 @@ def _free_parts(
 
 
 @njit(cache=True, nogil=True)
-def _arcs(atoms: RolledAtoms) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Find the free parts of all circles, and the fixed probes at their ends: arcs, pair, probes and six integers for each probe.
+def _arcs(atoms: RolledAtoms, visited: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Find the free parts of all circles around visited atoms (A,) bool, and the fixed probes at their ends.
+
+    Returned are arcs, pair, probes and six integers for each probe.
 
     These are i, the slots of j and k in the neighbour list of i, the side of the plane i j k, j, k.
     """
@@ -256,6 +318,8 @@ def _arcs(atoms: RolledAtoms) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.nd
     cutter, scratch = np.empty(longest, np.int64), np.empty((2, longest + 1, 4))
     whole, row = np.array([[0.0, 2 * math.pi, -1.0, -1.0]]), np.empty(N_ARC_COLUMNS)
     for i in range(len(start) - 1):
+        if not visited[i]:
+            continue
         for slot_j in range(start[i], start[i + 1]):
             j = near[slot_j]
             if j < i or not _circle(atoms.centre, atoms.reach, i, j, row):

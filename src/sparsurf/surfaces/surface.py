@@ -123,7 +123,7 @@ class SurfaceOrigin:
     rules: Rules  # by which the dots were placed
     d_link: float  # Å, that the density suits
     radii: np.ndarray  # (A,), of the atoms, Å
-    components: Callable[[Surface], np.ndarray]  # of each dot, (N,) int, of the Surface of all dots
+    rolled: Any  # RolledFrame from which all dots were placed; None for a part of them
     points: np.ndarray  # (N, 3), where the dots were placed, Å
     generator: Callable[[], tuple[Callable[[np.ndarray], Surface], np.ndarray]]  # see `surface_generator`
 
@@ -139,7 +139,11 @@ class SurfaceOrigin:
     ) -> SurfaceOrigin:
         """Make the origin of a part of the dots of a placement; it keeps no rolled probe."""
         nowhere = np.empty((0, 3))
-        return cls(molecule, frame, xyz, rules, d_link, radii, _not_placed, nowhere, _not_placed)
+        return cls(molecule, frame, xyz, rules, d_link, radii, None, nowhere, _not_placed)
+
+    def components(self, surface: Surface) -> np.ndarray:
+        """Return the component of each dot, (N,) int, of the Surface of all dots."""
+        return _not_placed() if self.rolled is None else self.rolled.components(surface)
 
     @property
     def table(self) -> str | None:

@@ -75,7 +75,7 @@ def test_what_was_found_is_told_in_numbers(caplog):
 def test_the_z_that_was_reached_is_told_with_its_interval(blob, caplog):
     prepared = PreparedSurface(sparsurf.Surface(*blob), streams=Streams(1, "blob"))
     with caplog.at_level("INFO", "sparsurf"):
-        dots, _ = find_subset(prepared, "uniform", z=1.5, n_tests=30)
+        dots = find_subset(prepared, "uniform", z=1.5, n_tests=30)
     tests = prepared.draw_tests(30)
     z = estimate(prepared.distances([dots], tests, prepared.describe(tests)[0], "full")[0])
     mean, low, high = map(float, (z.mean, z.low, z.high))
@@ -106,7 +106,7 @@ def test_the_papers_sampler_looks_for_a_z_among_its_choices(blob):
 def test_a_subset_that_differs_from_the_request_is_reported(blob, caplog):
     settings, few = Settings(patches={"d_link": 0.8}), Choices(np.zeros(1), np.array([[1.0, 1, 10, 10]]))
     prepared = PreparedSurface(sparsurf.Surface(*blob), settings, streams=Streams(1, "blob"))
-    dots, _ = find_subset(prepared, "paper", 2000, choices=few)
+    dots = find_subset(prepared, "paper", 2000, choices=few)
     assert [message.split(":")[0] for message in caplog.messages] == [
         f"paper keeps {len(dots)} dots instead of 2000"
     ]

@@ -17,11 +17,11 @@ from sparsurf.sampling.farthest_point import farthest_points
 from sparsurf.sampling.samplers import (
     farthest,
     get_sampler,
+    nearest_chosen,
     nearest_kept,
     paper,
     poisson,
     sampler_label,
-    subset_weights,
     tune_alpha,
 )
 from sparsurf.settings import Settings
@@ -150,12 +150,11 @@ def test_alpha_is_tuned_so_that_the_papers_sampler_keeps_about_n(surface):
     assert np.mean(n) == pytest.approx(500, abs=4 * np.sqrt(500 / 20))
 
 
-def test_weights_count_every_dot_once(surface):
+def test_every_dot_counts_with_the_nearest_kept_one(surface):
     kept = farthest(surface, 100, np.random.default_rng(6))
-    w = subset_weights(surface.points, kept)
+    nearest = nearest_chosen(surface.points, kept)
     d = np.linalg.norm(surface.points[:, None] - surface.points[kept][None], axis=2)
-    assert w.sum() == len(surface.points)
-    assert np.array_equal(w, np.bincount(d.argmin(axis=1), minlength=100))
+    assert np.array_equal(nearest, d.argmin(axis=1))
     assert np.allclose(nearest_kept(surface.points, kept)[1], d.min(axis=1))
 
 

@@ -8,7 +8,8 @@ from scipy.spatial import cKDTree
 
 import sparsurf
 from conftest import ROOT, sphere
-from sparsurf.surfaces.exact_distance import exact_distance
+from sparsurf.surfaces.dot_placement import roll_probe
+from sparsurf.surfaces.exact_distance import distance_of_dots, exact_distance
 from sparsurf.surfaces.molecular_surface import roll_spheres
 from sparsurf.surfaces.rolling_probe import PHI_0, PHI_1
 
@@ -136,6 +137,32 @@ def test_dots_lie_on_the_surface_and_shifted_ones_beside_it(cavities):
         assert np.median(distance) == pytest.approx(shift, abs=1e-6)
         # at a cusp the nearest place belongs to the other side
         assert (np.abs(distance) < 0.1 + 1e-6).all() and np.mean(np.abs(distance - shift) < 1e-6) > 0.9
+
+
+@pytest.mark.parametrize("spheres", [molecule, shell])
+@pytest.mark.parametrize("cavities", ["keep", "remove"])
+def test_dots_whose_probes_prove_their_distance_have_that_of_a_search(spheres, cavities):
+    xyz, radii = spheres()
+    rolled = roll_spheres(xyz, radii, PROBE, cavities=cavities)
+    moved = xyz + [0.3, 0, 0] * (np.arange(len(xyz)) % 7 == 0)[:, None]
+    for centres in (
+        xyz,
+        moved,
+    ):  # with the concave dots of DMS inside other probes, also on the walls of cavities
+        dots = roll_spheres(centres, radii, PROBE, "dms").surface(20)
+        found = distance_of_dots(dots.points, dots.normals, rolled)
+        assert np.abs(found - np.abs(exact_distance(dots.points, rolled))).max() < 1e-7
+        assert spheres is shell or ((found > 0.01).sum() > 10 and (found == 0).mean() > 0.2)
+
+
+def test_a_probe_that_rolls_on_over_further_spheres_rolls_as_over_all():
+    xyz, radii = molecule()
+    together = roll_probe(xyz, radii, PROBE, True)
+    again = roll_probe(xyz, radii, PROBE, True, roll_probe(xyz[:33], radii[:33], PROBE, True))
+    for name in ("arcs", "pair", "first_arc", "probes", "triple"):
+        assert np.array_equal(getattr(again.rolling, name), getattr(together.rolling, name)), name
+    for a, b in zip(again.rolling.atoms, together.rolling.atoms, strict=True):
+        assert np.array_equal(a, b)
 
 
 def test_distances_do_not_depend_on_threads_or_order():

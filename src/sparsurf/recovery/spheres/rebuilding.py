@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -113,48 +114,18 @@ def rebuild(
     Other arguments are those of `interpolate_surface`, the probe radius (Å) and the radii where they are known, and
     whether the dots were chosen so that the atoms follow from them, which their distances tell otherwise.
     """
-    return rebuild_at(points, normals, (density,), reach, steps, threads, probe_radius, radii, chosen)[0]
-
-
-def rebuild_at(
-    points: np.ndarray,
-    normals: np.ndarray,
-    densities: Sequence[float],
-    reach: float = REACH,
-    steps: int = NEWTON_STEPS,
-    threads: int = 1,
-    probe_radius: float | None = None,
-    radii: str | Sequence[float] | None = None,
-    chosen: bool = False,
-) -> list[Rebuilt]:
-    """Reconstruct the surface of dots (n, 3) like `rebuild`, at each of several densities; the atoms are inferred once."""
     model = model_of(points, normals, probe_radius, radii)
-    points, normals = np.ascontiguousarray(points, float), np.ascontiguousarray(normals, float)
-    kept = _Kept(points, normals / np.linalg.norm(normals, axis=1, keepdims=True), model, threads)
-    if not kept.lie_on_spheres:
-        guides = [
-            interpolate_surface(points, normals, density, reach, steps, threads) for density in densities
-        ]
-        return [Rebuilt(*guide, 0.0, model, kept.atoms) for guide in guides]
-    rolled = kept.rolled()
-    rebuilt = []
-    for density in densities:
-        dots = rolled.place(density)
-        if kept.need_slices and not chosen:
-            between = kept.with_slices(rolled, dots, density, reach, steps)
-        else:
-            on_ball = (dots.atom >= rolled.n_atoms) & (dots.kind == CONTACT)
-            between = _Dots(*dots.take(~on_ball)[:3])
-        found = _with_kept(_Dots(points, normals, np.full(len(points), np.nan)), between, density, threads)
-        rebuilt.append(Rebuilt(found.points, found.normals, kept.share, model, kept.atoms, found.area))
-    return rebuilt
+    return KeptDots(points, normals, model, threads).rebuilt(density, reach, steps, chosen)
 
 
-class _Kept:
-    """Kept dots (n, 3) with unit normals, and the atoms that explain them."""
+class KeptDots:
+    """Kept dots (n, 3) with normals, and the atoms that explain them: inferred once for surfaces of any density."""
 
     def __init__(self, points: np.ndarray, normals: np.ndarray, model: SphereModel, threads: int) -> None:
         """Infer the atoms, unless the dots say that they lie on none."""
+        self.given = np.ascontiguousarray(points, float), np.ascontiguousarray(normals, float)
+        points = self.given[0]
+        normals = self.given[1] / np.linalg.norm(self.given[1], axis=1, keepdims=True)
         self.points, self.normals, self.model, self.threads = points, normals, model, threads
         self.atoms: Atoms | None = None
         self.share, self.explained = 0.0, np.zeros(len(points), bool)
@@ -188,8 +159,26 @@ class _Kept:
         nearest = nearest_distances(self.points)
         return bool(np.quantile(nearest, CLOSEST) > EVENNESS * np.median(nearest))
 
+    def rebuilt(self, density: float, reach: float, steps: int, chosen: bool) -> Rebuilt:
+        """Reconstruct the surface as `rebuild` does."""
+        points, normals = self.given
+        if not self.lie_on_spheres:
+            guide = interpolate_surface(points, normals, density, reach, steps, self.threads)
+            return Rebuilt(*guide, 0.0, self.model, self.atoms)
+        rolled = self.rolled
+        dots = rolled.place(density)
+        if self.need_slices and not chosen:
+            between = self.with_slices(rolled, dots, density, reach, steps)
+        else:
+            on_ball = (dots.atom >= rolled.n_atoms) & (dots.kind == CONTACT)
+            between = _Dots(*dots.take(~on_ball)[:3])
+        kept = _Dots(points, normals, np.full(len(points), np.nan))
+        found = _with_kept(kept, between, density, self.threads)
+        return Rebuilt(found.points, found.normals, self.share, self.model, self.atoms, found.area)
+
+    @cached_property
     def rolled(self) -> RolledSurface:
-        """Roll the probe over the atoms."""
+        """The probe, rolled over the atoms."""
         guide = interpolate_surface(
             self.points, self.normals, GUIDE_DENSITY, threads=self.threads, close=GUIDE_CLOSE
         )

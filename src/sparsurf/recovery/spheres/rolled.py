@@ -78,8 +78,9 @@ def rolled_surface(
     # so that no ball keeps the probe from where it lies at another dot
     sizes = np.concatenate([radii, -np.maximum(depth, 0) - ROUNDING_OF_DOTS])
     tree, outside = cKDTree(probes), np.empty((0, 3))
+    before: RolledProbe | None = None
     for _ in range(ROUNDS_OF_BALLS):
-        rolled = _roll_where_dots_lie(probes, spheres, sizes, probe, exact)
+        rolled = before = _roll_where_dots_lie(probes, spheres, sizes, probe, exact, before)
         found = rolled.rolling.probes[~rolled.left_out.probes] + rolled.origin
         # Only the sums of few places take time: of those that no other round, and no dot, tells to be outside
         for places, distance in ((tree, OUTSIDE), (cKDTree(outside), SAME_PLACE)):
@@ -101,10 +102,15 @@ def rolled_surface(
 
 
 def _roll_where_dots_lie(
-    probes: np.ndarray, spheres: np.ndarray, sizes: np.ndarray, probe: float, exact: bool
+    probes: np.ndarray,
+    spheres: np.ndarray,
+    sizes: np.ndarray,
+    probe: float,
+    exact: bool,
+    before: RolledProbe | None,
 ) -> RolledProbe:
     """Roll a probe over spheres, and leave out the sets of its centres on which no probe centre of a dot lies."""
-    rolled = roll_probe(spheres, sizes, probe, exact)
+    rolled = roll_probe(spheres, sizes, probe, exact, before)
     rolling, places = rolled.rolling, probes - rolled.origin
     start, touched = touched_atoms(places, rolling.atoms.centre, rolling.atoms.reach, ON_SPHERE)
     return rolled._replace(left_out=centres_apart_from(rolling, places, start, touched))
