@@ -492,9 +492,6 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
         models(HEAVY, COPY, every(HEAVY, by=(0.3, 0, 0))), {"assembly": True}, "! lie within one another"),
     "another residue in the second model.pdb": (
         models(peptide(), peptide(["ALA", "SER", "ALA", "ALA"])), {}, "! models of different atoms .* 20 20"),
-    "the second model 5 % longer along y.pdb": (
-        models(LONG, (put(line, by=(0, 0.05 * float(line[38:46]), 0)) for line in LONG)), {},
-        "2 953 61 ~ longer along y .* in frame 1"),
     "a model of frames.gro": (gro(HEAVY), {"model": 1}, "! has frames and no models: leave out the model"),
     "an assembly of frames.gro": (gro(HEAVY), {"assembly": True}, "! it takes all models of a structure"),
     "the third model repeats.pdb": (
@@ -554,7 +551,7 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
     "two atoms twice.pdb": (
         end(HEAVY[:5], HEAVY[4], HEAVY[5], HEAVY[5:]), {}, "1 121 14 ~ 2 atoms are repeated in their residues"),
     "a residue twice under two names.pdb": (
-        end(HEAVY[:46], TWIN, HEAVY[46:]), {}, "1 124 15 ~ GLN 213 A and ALA 213 A lie in one place; keep one of them"),
+        end(HEAVY[:46], TWIN, HEAVY[46:]), {}, "1 124 15 ~ GLN 213 A and O of ALA 213 A lie 0.0 Å apart"),
     "an occupancy above 1.pdb": (
         end(HEAVY[:7], put(HEAVY[7], occupancy="37.00"), HEAVY[8:]), {},
         f"{WHOLE} ~ 1 atom has an occupancy outside 0 to 1, such as 37;"),
@@ -810,7 +807,7 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
     "residues in another order.pdb": (reordered(20, np.random.default_rng(5).permutation(20)), {}, "! only .* of the bonds"),
     "residues in another order, five bonds lost.pdb": (
         reordered(20, [1, 0, 2, 4, 3, *range(5, 20)]), {},
-        "1 100 20 ~ 5 peptide bonds are missing, the first between ALA 2 A and ALA 3 A, 4.9 Å"),
+        "1 100 20 ~ 5 peptide bonds are missing, the first between ALA 1 A and ALA 2 A, 6.0 Å"),
     "ten atoms apart.pdb": (spread(10), {}, "! only 0 % of the bonds that its names imply"),
     "two chains of a crystal.pdb": (peptide() + peptide(chain="B", origin=(0, 300, 0)), {}, "1 40 8"),
     # chains, models and ligands that are chosen
@@ -883,7 +880,12 @@ def test_files_of_the_reference_data(shared, caplog, monkeypatch, names):
 TOPOLOGIES = {"perm.xtc": "top.pdb", "twice.dcd": "top.pdb"} | dict.fromkeys(
     ["two_bmir.dcd", "two_bscale.dcd", "two_bstretch.dcd", "wrongbox2.2.xtc"], "top2.pdb"
 )
-SILENT = {"fs.nc", "top.pdb", "top2.pdb", "README.tsv", "247_latin.gro"}  # good, or what no check can notice
+SILENT = {  # good, or what no check can notice
+    "fs.nc", "top.pdb", "top2.pdb", "README.tsv", "247_latin.gro",
+    # mirror images, one axis stretched by less than 15 %, and a part of the dots inward or in nm
+    "083_models_mirror2.pdb", "f5_mir.dcd", "mirall.dcd", "two_bmir.dcd", "116_coord_stretch_x1.12.pdb",
+    "010_last400_inward.csv", "038_tail_nm.csv",
+}  # fmt: skip
 
 
 def test_each_bad_file_of_the_reference_data_is_refused_or_reported(shared, caplog, tmp_path):
@@ -1141,11 +1143,6 @@ def elements(**changed):
     return change
 
 
-def residues(n, change=lambda molecule: molecule):
-    """Take the first residues with C-beta."""
-    return lambda m: change(m).take(m.residue_index <= m.residue_index[m.name == "CB"][n - 1])
-
-
 def doubled(by, change=lambda first, second, frame: second):
     """Add a copy as chain B; `change` moves it in later frames."""
 
@@ -1167,7 +1164,7 @@ GEOMETRY = {
     "nothing": (lambda m: m, ""),
     "turned and moved": (lambda m: replace(m, xyz=m.xyz[:, :, [1, 2, 0]] + [900.0, -900, 0]), ""),
     "an atom 30 Å away": (shift(4, (213, "CG"), 30.0), "! GLN 213 is 56 Å wide in frame 4 .atom CG is farthest out"),
-    "nm as Å": (scale(10.0), "! GLU 209 is 77 Å wide in frame 0 .* give lengths in nm, or repair"),
+    "nm as Å": (scale(10.0), "! PHE 221 is 97 Å wide in frame 0 .* give lengths in nm, or repair"),
     "Å as nm": (scale(0.1), r"! 0\.11 Å apart, but bonds are 1 Å or longer"),
     "two parts 6 Å apart": (shift(5, 7, 6.0), r"! the bond C-N of GLY 215 is 11\.1 Å long in frame 5"),
     "two parts 900 Å apart": (shift(4, 7, 900.0), r"! HN of ASP 216 lies 899 Å from the other atoms in frame 4; give"),
@@ -1177,8 +1174,7 @@ GEOMETRY = {
     "a bond of 3.1 Å": (bond(3, (214, "CZ"), (214, "OH"), 3.05), "! the bond CZ-OH of TYR 214 is 3.[01] Å long in frame 3"),
     "a bond of the backbone 1.3 times as long": (
         bond(4, (214, "N"), (214, "CA"), 1.9), "~ bond N-CA of TYR 214 is 1.9 Å long instead of 1.5 Å in frame 4"),
-    "a bond of the backbone 1.2 times as long": (
-        bond(4, (214, "N"), (214, "CA"), 1.75), "~ 1.05 times as long as usual along one direction"),
+    "a bond of the backbone 1.2 times as long": (bond(4, (214, "N"), (214, "CA"), 1.75), ""),
     "atoms of a residue exchanged": (mixed, "! only 0 % of the bonds that its names imply"),
     "1.25 times as long": (scale(1.25), "! 1.25 times as long as usual in frame 0, and half of them differ by 25 %"),
     "1.25 times as long from frame 5 on": (scale(1.25, frames=slice(5, None)), "! as usual in frame 5"),
@@ -1194,42 +1190,29 @@ GEOMETRY = {
     "a copy that grows later": (
         doubled((60, 0, 0), lambda a, b, k: b * (1 if k < 3 else 1.2)),
         r"! of the chain of GLU 209 B are 1\.19 times as long as usual in frame 3"),
-    "two atoms of a residue 0.45 Å apart": (bond(0, (213, "CB"), (213, "CG"), 0.45), "~ CB and CG of GLN 213 lie in one place"),
+    "two atoms of a residue 0.45 Å apart": (
+        bond(0, (213, "CB"), (213, "CG"), 0.45), "~ CG of GLN 213 and CB of GLN 213 lie 0.4 Å apart in frame 0"),
     "two atoms of a residue 0.55 Å apart": (bond(0, (213, "CB"), (213, "CG"), 0.55), ""),
     "an atom 2.9 Å from its residue": (bond(0, (214, "CZ"), (214, "OH"), 2.9), ""),
     "an atom 3.2 Å from its residue": (bond(0, (214, "CZ"), (214, "OH"), 3.2), r"~ OH of TYR 214 lies 3\.2 Å from the nearest"),
     "two parts 470 Å apart": (shift(4, 7, [470.0, 0, 0]), "! the bond C-N"),
     "two parts 540 Å apart": (shift(4, 7, [540.0, 0, 0]), "! Å from the other atoms in frame 4"),
-    "a short peptide, x 1.07 times as long": (residues(5, scale(1.07, 1, 1)), ""),
-    "a short peptide, x 1.13 times as long": (residues(5, scale(1.13, 1, 1)), r"~ are 1\.1\d times as long as usual along one"),
-    "three residues mirrored later": (
-        lambda m: scale(1, 1, -1, frames=slice(2, None))(residues(3)(m)), "~ mirror image, of D-amino acids, in frame 2"),
-    "two residues mirrored later": (lambda m: scale(1, 1, -1, frames=slice(2, None))(residues(2)(m)), ""),
-    "ten residues mirrored": (residues(10, scale(1, 1, -1)), "~ mirror image, of D-amino acids, in frame 0"),
-    "y 1.05 times as short": (scale(1, 0.95, 1), "~ 6 % shorter along y than across it"),
     "18 wrong elements": (elements(**{f"_{k}": "S" for k in range(18)}), "~ N of GLU 209 has the element S; 18 atoms have"),
     "40 wrong elements": (elements(**{f"_{k}": "S" for k in range(40)}), "! N of GLU 209 has the element S; 40 atoms"),
+    "z left out": (scale(1, 1, 0), "! all atoms are in one plane in frame 0"),
     "1.02 times as long": (scale(1.02), ""),
     "noise of 0.2 Å": (
         moved(lambda m, xyz: np.add(xyz, np.random.default_rng(0).normal(0, 0.2 / 3**0.5, xyz.shape), out=xyz)),
         r"~ half of the bonds .* by 8 % .* in frame 0\n.*C-O of MET 218 is 0\.9 Å long instead of 1\.2 Å in frame 1"),
-    "x 1.05 times as long": (scale(1.05, 1, 1), "~ 5 % longer along x than across it"),
-    "z mirrored": (scale(1, 1, -1), "~ mirror image, of D-amino acids, in frame 0"),
-    "five residues mirrored from frame 2 on": (
-        lambda m: scale(1, 1, -1, frames=slice(2, None))(residues(5)(m)), "~ mirror image, of D-amino acids, in frame 2"),
-    "nine residues mirrored": (residues(9, scale(1, 1, -1)), ""),
-    "mirrored without C-beta": (
-        lambda m: scale(1, 1, -1)(m).take(np.isin(m.name, ["N", "CA", "C", "O"])), ""),
     "one atom": (lambda m: m.take([4]), "~ a single atom"),
     "one atom elsewhere": (shift(0, (213, "CB"), [0, 8, 0]), r"~ CB of GLN 213 lies 5\.7 Å from the nearest atom of its residue"),
     "two atoms of a residue in one place": (
-        bond(0, (213, "CB"), (213, "CG"), 0.0), r"~ CB and CG of GLN 213 lie in one place \(1 such pair\)"),
+        bond(0, (213, "CB"), (213, "CG"), 0.0), "~ CG of GLN 213 and CB of GLN 213 lie 0.0 Å apart in frame 0"),
     "a molecule twice": (doubled((0.67, 0.67, 0.33)), "~ 100 % of its atoms lie inside other residues"),
     "two molecules": (doubled((40, 0, 0)), ""),
-    "a copy that is mirrored later": (doubled((60, 0, 0), lambda a, b, k: b * [1, 1, -1]), "~ B is a mirror image.* in frame 1"),
     "a copy that shrinks later": (
         doubled((60, 0, 0), lambda a, b, k: b.mean(axis=0) + 0.3 * (b - b.mean(axis=0))),
-        r"! 0\.64 times as long as usual in frame 1, and half of them differ by 37 %"),
+        r"! chain of GLU 209 B are 0\.30 times as long as usual in frame 1, and half of them differ by 70 %"),
     "a copy laid on the first later": (
         doubled((60, 0, 0), lambda a, b, k: a + 0.05), r"~ SD of MET 218 B and SD of MET 218 A lie 0\.1 Å apart in frame 1"),
     "all elements C": (lambda m: replace(m, element=np.full(m.n_atoms, "C")), "! N of GLU 209 has the element C; 145 atoms"),
@@ -1513,14 +1496,6 @@ def random_normals(share):
     return change
 
 
-def last(share, points_times=1.0, normals_times=1.0):
-    def change(points, normals):
-        late = (np.arange(len(points)) >= (1 - share) * len(points))[:, None]
-        return np.where(late, points_times * points, points), np.where(late, normals_times * normals, normals)
-
-    return change
-
-
 def some(share, by=1.0):
     """Take dots at random; `by` multiplies the normals."""
 
@@ -1586,13 +1561,10 @@ DOTS = {
     "normals two rows before": (lambda p, n: (p, np.roll(n, 2, axis=0)), "! fit the dots 2 rows further up"),
     "normals three rows before": (lambda p, n: (p, np.roll(n, 3, axis=0)), "! fit the dots 3 rows further up"),
     "normals of another row": (lambda p, n: (p, np.roll(n, 7, axis=0)), f"! 2[68] % {OPPOSE}"),
-    "one axis stretched": (lambda p, n: (p * [1, 1.5, 1], n), r"~ 1\.3 times as far apart along one direction"),
     "every 10th flipped": (flipped(0.1), f"! 20 % {OPPOSE}: give outward normals"),
     "every 4th flipped": (flipped(0.25), f"! 39 % {OPPOSE}: give outward normals"),
     "every 5th random": (random_normals(0.2), f"! 19 % {OPPOSE}"),
-    "the last inward": (last(0.05, normals_times=-1), r"~ some dots around (line 6247|dot 6246) point"),
     "all inward": (lambda p, n: (p, -n), "~ normals point inwards"),
-    "the last in nm": (last(0.1, points_times=0.1), r"~ dots around (line 6247|dot 6246) lie 9\.[345] times as close"),
     "twice as long": (lambda p, n: (2 * p, n), r"~ curves of 3\.4 Å; are lengths in Å"),
     "in nm": (lambda p, n: (p / 10, n), r"! 0\.038 Å apart on curves of 0\.17 Å: the lengths seem to be in nm"),
     "a tenth of the dots": (some(0.1), ""),

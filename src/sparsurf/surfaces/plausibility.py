@@ -40,13 +40,8 @@ MAX_COSINE_OF_TANGENTS = 0.38
 SHIFTS = (-3, -2, -1, 1, 2, 3)  # rows by which normals may have slipped
 # Of that mean |cosine|, what is left of it if the normals have slipped: .8 and less; on true surfaces 1.3 and more
 MAX_SHIFTED, MAX_COSINE_OF_SHIFTED = 0.9, 0.3
-# Spacing along one direction over that across it: at most 1.13 on dense surfaces, 1.24 and more if stretched by a half
-MAX_SPACING_RATIO = 1.2
-MAX_TURN = 0.8  # of a normal to that of its neighbour; beyond it lies an edge
-N_PARTS, MIN_SPACING_OF_PART = 10, 0.45  # parts of a file; the spacing of each is .64 of that of all or more
 # Median of the sum of the winding numbers behind and before a dot: 1 if its normal is outward, -1 if inward
 INWARD = -0.4
-MAX_OUTSIDE_OF_PART = 0.35  # share of dots of a part with no inside behind their normals; at most .1
 # A surface of this many dots this close (Å) is checked for being closed: 1 % of the normals of a whole
 # surface do not cancel, of half a surface 7 % or more.
 MAX_SPACING_OF_CLOSED, MIN_DOTS_OF_CLOSED = 0.8, 1000
@@ -86,16 +81,8 @@ class Sample:
         shift = min(SHIFTS, key=tilt.__getitem__)
         self.tilt, self.shifted_tilt = tilt[0], tilt[shift]
         self.rows = f"{abs(shift)} row{'s' * (abs(shift) > 1)} further {'up' if shift > 0 else 'down'}"
-        self.stretch = _stretch(steps.reshape(-1, 3), turns.reshape(-1, 3))
-        parts, first = np.median(distances[:, 0].reshape(N_PARTS, -1), axis=1), dots[:: len(dots) // N_PARTS]
-        self.closer, self.close_dot = (
-            self.spacing / max(parts.min(), SAME_DOT_PLACE),
-            int(first[parts.argmin()]),
-        )
         behind, before = _windings(points, normals, dots, distances, around)
         self.inside = float(np.median(behind + before))  # about 1 if normals are outward, -1 if inward
-        outside = (behind < 0.5).reshape(N_PARTS, -1).mean(axis=1)
-        self.outside, self.outside_dot = float(outside.max()), int(first[outside.argmax()])
         self.dense = len(points) > MIN_DOTS_OF_CLOSED and self.spacing < MAX_SPACING_OF_CLOSED
         self.not_cancelled = 100 * float(np.linalg.norm(normals.mean(axis=0)))  # % of the normals
 
@@ -159,18 +146,9 @@ DOT_CHECKS = (  # in the order in which they count
         "dots lie on curves of {s.radius:.2g} Å; are lengths in Å?",
     ),
     DotCheck(
-        lambda s: s.angle < DENSE_ANGLE and s.stretch > MAX_SPACING_RATIO,
-        "dots seem {s.stretch:.1f} times as far apart along one direction as across it; are all lengths in one unit?",
-    ),
-    DotCheck(
         lambda s: s.alone > MAX_ALONE * s.spacing,
         "{dot} lies {s.alone:.1f} Å from the nearest other dot, where most lie {s.spacing:.1f} Å apart; is it misplaced?",
         "alone_dot",
-    ),
-    DotCheck(
-        lambda s: s.closer > 1 / MIN_SPACING_OF_PART,
-        "dots around {dot} lie {s.closer:.1f} times as close as the others; are all lengths in Å?",
-        "close_dot",
     ),
     DotCheck(
         lambda s: s.inside < INWARD, "normals point inwards; the method needs outward normals", last=True
@@ -179,11 +157,6 @@ DOT_CHECKS = (  # in the order in which they count
         lambda s: s.dense and s.not_cancelled > MAX_NOT_CANCELLED,
         "the dots do not close around a molecule ({s.not_cancelled:.0f} % of the normals do not cancel); is it cut short?",
         last=True,
-    ),
-    DotCheck(
-        lambda s: s.molecular and s.angle < DENSE_ANGLE and s.outside > MAX_OUTSIDE_OF_PART,
-        "the normals of some dots around {dot} point inwards; the method needs outward normals",
-        "outside_dot",
     ),
 )
 
@@ -255,18 +228,6 @@ def _surrounding(tree: "cKDTree", sample: np.ndarray) -> tuple[np.ndarray, np.nd
 def _tilt(normals: np.ndarray, directions: np.ndarray) -> float:
     """Compute the mean |cosine| between normals (n, 3) and directions (n, k, 3)."""
     return float(np.abs((directions * normals[:, None]).sum(axis=2)).mean())
-
-
-def _stretch(steps: np.ndarray, turns: np.ndarray) -> float:
-    """Estimate how much wider dots stand in one direction, by `steps` to neighbours, Å, and `turns` of normals, (n, 3)."""
-    smooth = np.linalg.norm(turns, axis=1) < MAX_TURN
-    of_steps, of_turns = steps[smooth].T @ steps[smooth], turns[smooth].T @ turns[smooth]
-    values, vectors = np.linalg.eigh(of_turns)
-    if values[0] <= 1e-9 * values[-1]:
-        return 1.0
-    whitened = vectors / np.sqrt(values)
-    squares = np.linalg.eigvalsh(whitened.T @ of_steps @ whitened)
-    return float(np.sqrt(max(squares[-1] / max(squares[0], 1e-12), 1.0)))
 
 
 def _windings(

@@ -2,23 +2,21 @@
 
 import numpy as np
 
-from sparsurf.molecules.plausibility import USUAL_DISTANCES, USUAL_LENGTHS, parts_of, widest_gap
+from sparsurf.molecules.plausibility import USUAL_LENGTHS, parts_of, widest_gap
 from sparsurf.molecules.read_molecule import read_molecule
 
 
 def median_distances(molecule, pairs):
-    """Median distance, Å, between atoms of one residue, or of a residue and the next one of its chain."""
-    first = np.unique(molecule.residue_index, return_index=True)[1]
-    chain = molecule.chain[first]
+    """Median distance, Å, between atoms of one residue."""
     place = {
         (int(index), name): xyz
         for index, name, xyz in zip(molecule.residue_index, molecule.name, molecule.xyz[0], strict=True)
     }
-    for a, b, step in pairs:
+    for a, b in pairs:
         distances = [
-            np.linalg.norm(place[k, a] - place[k + step, b])
-            for k in range(len(first) - step)
-            if (k, a) in place and (k + step, b) in place and chain[k] == chain[k + step]
+            np.linalg.norm(xyz - place[k, b])
+            for (k, name), xyz in place.items()
+            if name == a and (k, b) in place
         ]
         yield np.median(distances) if distances else np.nan
 
@@ -29,9 +27,8 @@ def test_usual_lengths_are_those_of_real_structures(shared):
         read_molecule(shared / "data" / "structures" / name, **keys)
         for name, keys in (("1ubi.pdb", {}), ("3mht_dna.pdb", {"selection": "all"}))
     ]
-    for usual in (USUAL_LENGTHS, USUAL_DISTANCES):
-        found = [[*median_distances(each, usual)] for each in molecules]
-        np.testing.assert_allclose(np.nanmedian(found, axis=0), [*usual.values()], rtol=0.01)
+    found = [[*median_distances(each, USUAL_LENGTHS)] for each in molecules]
+    np.testing.assert_allclose(np.nanmedian(found, axis=0), [*USUAL_LENGTHS.values()], rtol=0.01)
 
 
 def test_the_widest_gap_and_the_point_beside_it():
