@@ -11,7 +11,7 @@ from __future__ import annotations
 import inspect
 import re
 import textwrap
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable
 from functools import cache, partial
 from importlib import import_module
 from typing import Any, Final, NamedTuple
@@ -80,6 +80,24 @@ class Choice(NamedTuple):
         """Whether the library itself has it: its results need no check."""
         return isinstance(self.source, str) and not self.package
 
+    @property
+    def address(self) -> str:
+        """The function as module:function."""
+        return self.source if isinstance(self.source, str) else _address(self.source)
+
+    @property
+    def origin(self) -> str:
+        """Where it comes from, for a sentence."""
+        if self.package:
+            return f"of {self.package}"
+        return "built in" if self.is_built_in else f"from {self.address}"
+
+
+def _of_format(source: str, label: str, meaning: str, carries: str, mode: str) -> Choice:
+    """Return the entry of a format: what it carries, in words, and whether it is read (r) and written (w)."""
+    parts = tuple(carries.split())
+    return Choice(source, label, meaning, carries=parts, is_read="r" in mode, is_written="w" in mode)
+
 
 class Kind(NamedTuple):
     """A kind of choices: its name in sentences, and the arguments of its functions."""
@@ -98,326 +116,143 @@ KINDS = {
     "format": Kind("surface format", "surface formats", ("content", "path")),
 }
 ATOMS, ORIGIN = ("dots", "mesh", "atoms"), ("dots", "atoms")
+READ_SPHERES, SCENE = "sparsurf.surfaces.spheres:read_spheres", "sparsurf.api.scenes:write_scene"
 # The order is that of help, figures and tables. Of formats, the first that recognises the start of a file reads it.
 TABLE: dict[str, dict[str, Choice]] = {
     "sampler": {
         "paper": Choice(
-            "sparsurf.sampling.samplers:paper",
-            "paper's sampling",
+            "sparsurf.sampling.samplers:paper", "paper's sampling",
             "The paper's sampling, which keeps more dots where the surface is rough.",
-            takes_combinations=True,
-            in_browser=True,
-            line=("#D55E00", 1.6, "D"),
-        ),
+            takes_combinations=True, in_browser=True, line=("#D55E00", 1.6, "D")),
         "paper_corrected": Choice(
-            "sparsurf.sampling.samplers:paper_corrected",
-            "paper's, corrected",
+            "sparsurf.sampling.samplers:paper_corrected", "paper's, corrected",
             "The paper's sampling with distances from the dot itself and one chance for each dot.",
-            takes_combinations=True,
-            line=("#CC79A7", 0.8, "^"),
-        ),
+            takes_combinations=True, line=("#CC79A7", 0.8, "^")),
         "uniform": Choice(
-            "sparsurf.sampling.samplers:uniform",
-            "random subset",
-            "Dots drawn at random, each with the same chance.",
-            nested=True,
-            in_browser=True,
-            line=("#000000", 1.6, "s"),
-        ),
+            "sparsurf.sampling.samplers:uniform", "random subset", "Dots drawn at random, each with the same chance.",
+            nested=True, in_browser=True, line=("#000000", 1.6, "s")),
         "poisson": Choice(
-            "sparsurf.sampling.samplers:poisson",
-            "Poisson disk",
-            "Dots drawn at random, but no closer than a certain distance.",
-            line=("#56B4E9", 0.8, "P"),
-        ),
+            "sparsurf.sampling.samplers:poisson", "Poisson disk", "Dots drawn at random, but no closer than a certain distance.",
+            line=("#56B4E9", 0.8, "P")),
         "farthest": Choice(
-            "sparsurf.sampling.samplers:farthest",
-            "farthest point",
-            "Dots that are as far from one another as possible.",
-            nested=True,
-            in_browser=True,
-            line=("#0072B2", 1.6, "o"),
-        ),
+            "sparsurf.sampling.samplers:farthest", "farthest point", "Dots that are as far from one another as possible.",
+            nested=True, in_browser=True, line=("#0072B2", 1.6, "o")),
         "cover": Choice(
-            "sparsurf.sampling.cover:cover",
-            "determining the atoms",
+            "sparsurf.sampling.cover:cover", "determining the atoms",
             "Dots from which the exposed atoms follow, and more where the surface of the atoms that follow would err.",
-            applies=ORIGIN,
-        ),
+            applies=ORIGIN),
     },
     "descriptor": {
         "published": Choice(
-            "sparsurf.patches.zernike.published:DESCRIPTOR",
-            "published",
-            "The 121 Zernike invariants of the paper.",
-        ),
+            "sparsurf.patches.zernike.published:DESCRIPTOR", "published", "The 121 Zernike invariants of the paper."),
         "rotation_robust": Choice(
-            "sparsurf.patches.zernike.rotation_robust:DESCRIPTOR",
-            "rotation-robust",
-            "Zernike invariants that change very little when the molecule is rotated.",
-        ),
+            "sparsurf.patches.zernike.rotation_robust:DESCRIPTOR", "rotation-robust",
+            "Zernike invariants that change very little when the molecule is rotated."),
     },
     "roughness": {
         "published": Choice(
-            "sparsurf.patches.roughness:published",
-            "published",
-            "The mean cosine between the normals of a patch and their mean, as in the paper.",
-        )
+            "sparsurf.patches.roughness:published", "published",
+            "The mean cosine between the normals of a patch and their mean, as in the paper."),
     },
     "field": {
         "hydropathy": Choice(
-            "sparsurf.dot_fields.registry:hydropathy",
-            "Kyte-Doolittle hydropathy",
-            "Kyte and Doolittle's hydropathy of nearby amino acids.",
-            "",
-            ATOMS,
-        ),
+            "sparsurf.dot_fields.registry:hydropathy", "Kyte-Doolittle hydropathy",
+            "Kyte and Doolittle's hydropathy of nearby amino acids.", "", ATOMS),
         "potential": Choice(
-            "sparsurf.dot_fields.registry:potential",
-            "electrostatic potential",
-            "The screened Coulomb potential.",
-            "kT/e",
-            ATOMS,
-        ),
-        "bfactor": Choice(
-            "sparsurf.dot_fields.registry:bfactor",
-            "B factor",
-            "The mean B factor of nearby atoms.",
-            "Å^2",
-            ATOMS,
-        ),
+            "sparsurf.dot_fields.registry:potential", "electrostatic potential",
+            "The screened Coulomb potential.", "kT/e", ATOMS),
+        "bfactor": Choice("sparsurf.dot_fields.registry:bfactor", "B factor", "The mean B factor of nearby atoms.", "Å^2", ATOMS),
         "mean_curvature": Choice(
-            "sparsurf.dot_fields.registry:mean_curvature",
-            "mean curvature",
-            "The mean of the two principal curvatures, positive where the surface is convex.",
-            "1/Å",
-            ORIGIN,
-            takes_dots=True,
-        ),
+            "sparsurf.dot_fields.registry:mean_curvature", "mean curvature",
+            "The mean of the two principal curvatures, positive where the surface is convex.", "1/Å", ORIGIN, takes_dots=True),
         "gaussian_curvature": Choice(
-            "sparsurf.dot_fields.registry:gaussian_curvature",
-            "Gaussian curvature",
-            "The product of the two principal curvatures, negative on saddles.",
-            "1/Å^2",
-            ORIGIN,
-            takes_dots=True,
-        ),
+            "sparsurf.dot_fields.registry:gaussian_curvature", "Gaussian curvature",
+            "The product of the two principal curvatures, negative on saddles.", "1/Å^2", ORIGIN, takes_dots=True),
         "shape_index": Choice(
-            "sparsurf.dot_fields.registry:shape_index",
-            "shape index",
-            "The shape index: 1 on a convex sphere, 0 on an even saddle, -1 on a concave sphere.",
-            "",
-            ORIGIN,
-            takes_dots=True,
-        ),
+            "sparsurf.dot_fields.registry:shape_index", "shape index",
+            "The shape index: 1 on a convex sphere, 0 on an even saddle, -1 on a concave sphere.", "", ORIGIN, takes_dots=True),
         "depth": Choice(
-            "sparsurf.dot_fields.registry:depth_of_dots",
-            "depth of the residue",
-            "The mean distance of the atoms of a dot's residue from the surface.",
-            "Å",
-            ORIGIN,
-            takes_dots=True,
-        ),
+            "sparsurf.dot_fields.registry:depth_of_dots", "depth of the residue",
+            "The mean distance of the atoms of a dot's residue from the surface.", "Å", ORIGIN, takes_dots=True),
         "hbond": Choice(
-            "sparsurf.dot_fields.registry:hbond",
-            "hydrogen-bond donor (1) or acceptor (−1)",
-            "Whether the atom of a dot donates hydrogen bonds (1), accepts them (-1), or neither (0).",
-            "",
-            ATOMS,
-            takes_dots=True,
-        ),
+            "sparsurf.dot_fields.registry:hbond", "hydrogen-bond donor (1) or acceptor (−1)",
+            "Whether the atom of a dot donates hydrogen bonds (1), accepts them (-1), or neither (0).", "", ATOMS,
+            takes_dots=True),
     },
     "reading": {
         "kept": Choice(
-            "sparsurf.patches.readings:AMONG_KEPT",
-            "among the kept dots",
+            "sparsurf.patches.readings:AMONG_KEPT", "among the kept dots",
             "All but the largest island of a patch are removed among the kept dots, as in the authors' code.",
-            condition="all but the largest island are removed in each subset, as in the authors' code",
-        ),
+            condition="all but the largest island are removed in each subset, as in the authors' code"),
         "kept_scaled": Choice(
-            "sparsurf.patches.readings:SCALED",
-            "among the kept dots, scaled link",
+            "sparsurf.patches.readings:SCALED", "among the kept dots, scaled link",
             "The same, with a link that grows with the spacing of the kept dots.",
-            condition="all but the largest island are removed, with a link that grows with the spacing",
-        ),
+            condition="all but the largest island are removed, with a link that grows with the spacing"),
         "full": Choice(
-            "sparsurf.patches.readings:ON_FULL",
-            "on the full surface",
+            "sparsurf.patches.readings:ON_FULL", "on the full surface",
             "All but the largest island of a patch are removed once, on the full surface.",
-            condition="all but the largest island are removed once, on the full surface",
-        ),
+            condition="all but the largest island are removed once, on the full surface"),
         "recovered": Choice(
-            "sparsurf.recovery.readings:ON_RECOVERED",
-            "recovered",
+            "sparsurf.recovery.readings:ON_RECOVERED", "recovered",
             "The patches are those of the surface that is reconstructed from the kept dots.",
-            condition="a dense surface is reconstructed from each subset",
-        ),
+            condition="a dense surface is reconstructed from each subset"),
     },
     "format": {
-        "parquet": Choice(
-            "sparsurf.api.frames:write_frames",
-            "Parquet",
-            "A table of the points of many structures, or of the residues in many frames.",
-            carries=("points", "frames"),
-            is_written=True,
-        ),
-        "csv": Choice(
-            "sparsurf.surfaces.formats.csv:FORMAT",
-            "CSV",
+        "parquet": _of_format(
+            "sparsurf.api.frames:write_frames", "Parquet",
+            "A table of the points of many structures, or of the residues in many frames.", "points frames", "w"),
+        "csv": _of_format(
+            "sparsurf.surfaces.formats.csv:FORMAT", "CSV",
             "A row with x, y, z, nx, ny and nz for each dot, and a column for each field.",
-            carries=("dots", "fields", "atoms", "residues", "frames"),
-            is_read=True,
-            is_written=True,
-        ),
-        "npz": Choice(
-            "sparsurf.surfaces.formats.npz:FORMAT",
-            "NumPy archive",
+            "dots fields atoms residues frames", "rw"),
+        "npz": _of_format(
+            "sparsurf.surfaces.formats.npz:FORMAT", "NumPy archive",
             "Arrays of the dots, their fields, and triangles if there are any.",
-            carries=("dots", "triangles", "fields", "atoms", "points", "residues"),
-            is_read=True,
-            is_written=True,
-        ),
-        "dms": Choice(
-            "sparsurf.surfaces.formats.dms:FORMAT",
-            "DMS",
-            "The format of the program DMS, which names the atom of every dot.",
-            carries=("dots", "atoms"),
-            is_read=True,
-            is_written=True,
-        ),
-        "ply": Choice(
-            "sparsurf.surfaces.formats.ply:FORMAT",
-            "PLY",
+            "dots triangles fields atoms points residues", "rw"),
+        "dms": _of_format(
+            "sparsurf.surfaces.formats.dms:FORMAT", "DMS",
+            "The format of the program DMS, which names the atom of every dot.", "dots atoms", "rw"),
+        "ply": _of_format(
+            "sparsurf.surfaces.formats.ply:FORMAT", "PLY",
             "The dots, or the vertices and triangles of a mesh, with fields and colours.",
-            carries=("dots", "triangles", "fields", "colours", "points"),
-            is_read=True,
-            is_written=True,
-        ),
-        "vert": Choice(
-            "sparsurf.surfaces.formats.msms:FORMAT",
-            "MSMS",
+            "dots triangles fields colours points", "rw"),
+        "vert": _of_format(
+            "sparsurf.surfaces.formats.msms:FORMAT", "MSMS",
             "The vertices of the program MSMS, with their triangles in a .face next to it.",
-            carries=("dots", "triangles", "atoms"),
-            is_read=True,
-            is_written=True,
-        ),
-        "vtp": Choice(
-            "sparsurf.surfaces.formats.meshes:write_vtp",
-            "VTK PolyData",
+            "dots triangles atoms", "rw"),
+        "vtp": _of_format(
+            "sparsurf.surfaces.formats.meshes:write_vtp", "VTK PolyData",
             "The dots or a mesh with all numbers, for ParaView and PyVista.",
-            carries=("dots", "triangles", "fields", "atoms"),
-            is_written=True,
-        ),
-        "obj": Choice(
-            "sparsurf.surfaces.formats.meshes:write_by_trimesh",
-            "OBJ",
-            "A mesh, by trimesh.",
-            carries=("triangles", "colours"),
-            is_written=True,
-        ),
-        "glb": Choice(
-            "sparsurf.surfaces.formats.meshes:write_by_trimesh",
-            "glTF",
-            "A mesh, by trimesh.",
-            carries=("triangles", "colours"),
-            is_written=True,
-        ),
-        "stl": Choice(
-            "sparsurf.surfaces.formats.meshes:write_by_trimesh",
-            "STL",
-            "A mesh, by trimesh.",
-            carries=("triangles",),
-            is_written=True,
-        ),
-        "pml": Choice(
-            "sparsurf.api.scenes:write_scene",
-            "PyMOL script",
-            "The dots on their molecule, for PyMOL.",
-            carries=("dots", "triangles", "colours"),
-            is_written=True,
-        ),
-        "pdb": Choice(
-            "sparsurf.api.scenes:write_scene",
-            "PDB",
-            "The dots as atoms, with the shown values as B factors.",
-            carries=("dots", "triangles", "colours"),
-            is_written=True,
-        ),
-        "bild": Choice(
-            "sparsurf.api.scenes:write_scene",
-            "BILD",
-            "The dots as spheres, for ChimeraX.",
-            carries=("dots", "triangles", "colours"),
-            is_written=True,
-        ),
-        "cxc": Choice(
-            "sparsurf.api.scenes:chimerax_script",
-            "ChimeraX script",
+            "dots triangles fields atoms", "w"),
+        "obj": _of_format(
+            "sparsurf.surfaces.formats.meshes:write_by_trimesh", "OBJ",
+            "A mesh, by trimesh.", "triangles colours", "w"),
+        "glb": _of_format(
+            "sparsurf.surfaces.formats.meshes:write_by_trimesh", "glTF",
+            "A mesh, by trimesh.", "triangles colours", "w"),
+        "stl": _of_format("sparsurf.surfaces.formats.meshes:write_by_trimesh", "STL", "A mesh, by trimesh.", "triangles", "w"),
+        "pml": _of_format(SCENE, "PyMOL script", "The dots on their molecule, for PyMOL.", "dots triangles colours", "w"),
+        "pdb": _of_format(SCENE, "PDB", "The dots as atoms, with the shown values as B factors.", "dots triangles colours", "w"),
+        "bild": _of_format(SCENE, "BILD", "The dots as spheres, for ChimeraX.", "dots triangles colours", "w"),
+        "cxc": _of_format(
+            "sparsurf.api.scenes:chimerax_script", "ChimeraX script",
             "A script NAME.cxc that opens NAME_dots.bild and NAME_molecule.pdb next to it, which are written with it.",
-            carries=("script",),
-            is_written=True,
-        ),
-        "html": Choice(
-            "sparsurf.api.pages:page_of_surface",
-            "page",
-            "An interactive page of dots, a mesh or the roughness along each chain.",
-            carries=("page",),
-            is_written=True,
-        ),
-        "png": Choice(
-            "sparsurf.api.pages:save_picture",
-            "picture",
-            "A picture of the same, for which matplotlib must be installed.",
-            carries=("page",),
-            is_written=True,
-        ),
-        "xyzr": Choice(
-            "sparsurf.surfaces.spheres:read_spheres",
-            "XYZR",
-            "Position and radius of a sphere in each line, as for the program MSMS.",
-            carries=("spheres",),
-            is_read=True,
-            is_written=True,
-        ),
-        "xyzrn": Choice(
-            "sparsurf.surfaces.spheres:read_spheres",
-            "XYZRN",
-            "The same, with a number and the name of the sphere.",
-            carries=("spheres",),
-            is_read=True,
-            is_written=True,
-        ),
-        "pqr": Choice(
-            "sparsurf.surfaces.spheres:read_spheres",
-            "PQR",
-            "Atoms with charges and radii, of which the radii are read.",
-            carries=("spheres",),
-            is_read=True,
-            is_written=True,
-        ),
-        "sdf": Choice(
-            "sparsurf.surfaces.spheres:read_spheres",
-            "SDF",
-            "A small molecule, whose elements get radii of Bondi.",
-            carries=("spheres",),
-            is_read=True,
-        ),
-        "mol": Choice(
-            "sparsurf.surfaces.spheres:read_spheres",
-            "MOL",
-            "A small molecule, whose elements get radii of Bondi.",
-            carries=("spheres",),
-            is_read=True,
-        ),
-        "mol2": Choice(
-            "sparsurf.surfaces.spheres:read_spheres",
-            "MOL2",
-            "A small molecule, whose elements get radii of Bondi.",
-            carries=("spheres",),
-            is_read=True,
-        ),
+            "script", "w"),
+        "html": _of_format(
+            "sparsurf.api.pages:page_of_surface", "page",
+            "An interactive page of dots, a mesh or the roughness along each chain.", "page", "w"),
+        "png": _of_format(
+            "sparsurf.api.pages:save_picture", "picture",
+            "A picture of the same, for which matplotlib must be installed.", "page", "w"),
+        "xyzr": _of_format(
+            READ_SPHERES, "XYZR", "Position and radius of a sphere in each line, as for the program MSMS.", "spheres", "rw"),
+        "xyzrn": _of_format(READ_SPHERES, "XYZRN", "The same, with a number and the name of the sphere.", "spheres", "rw"),
+        "pqr": _of_format(READ_SPHERES, "PQR", "Atoms with charges and radii, of which the radii are read.", "spheres", "rw"),
+        "sdf": _of_format(READ_SPHERES, "SDF", "A small molecule, whose elements get radii of Bondi.", "spheres", "r"),
+        "mol": _of_format(READ_SPHERES, "MOL", "A small molecule, whose elements get radii of Bondi.", "spheres", "r"),
+        "mol2": _of_format(READ_SPHERES, "MOL2", "A small molecule, whose elements get radii of Bondi.", "spheres", "r"),
     },
-}
+}  # fmt: skip
 # State of the process. What a user registers is a function of this process, often of a notebook, so that no other place can hold
 # it: a command or a study, which runs in other processes, never depends on it and takes functions of installed packages instead.
 _registered: dict[str, dict[str, Choice]] = {kind: {} for kind in TABLE}
@@ -506,25 +341,12 @@ def register(
         raise InputError(
             f"register: the surface format {name!r} needs sniff, a function that recognises its files by their first bytes."
         )
-    former = _registered[kind].get(name) or TABLE[kind].get(name) or plugins()[kind].get(name)
-    if former is not None and not _replaces(function, former):
-        raise InputError(
-            f"register: there is a {word} {name!r} already ({_origin(former)}); choose another name."
-        )
+    package = _refuse_taken(kind, name, function, "register", "choose another name")
     _check_signature(kind, name, function, takes_dots)
     _registered[kind][name] = Choice(
-        function,
-        label or name.replace("_", " "),
-        meaning,
-        unit,
-        package=former.package if former else "",
-        name=name,
-        nested=nested,
-        takes_dots=takes_dots,
-        carries=("dots",) if kind == "format" else (),
-        is_read=kind == "format",
-        sniff=sniff,
-    )
+        function, label or name.replace("_", " "), meaning, unit, package=package, name=name, nested=nested,
+        takes_dots=takes_dots, carries=("dots",) * (kind == "format"), is_read=kind == "format", sniff=sniff,
+    )  # fmt: skip
 
 
 def names(kind: str) -> list[str]:
@@ -539,16 +361,28 @@ def has(kind: str, name: Any) -> bool:
 
 def find(kind: str, value: Any, key: str) -> Choice:
     """Return the choice that a user gave as `key`, by its name or as a function; raise InputError for anything else."""
-    if callable(value):
-        return _of_function(kind, value, key)
-    choice = _known(kind, value) if isinstance(value, str) else None
-    if choice is None:
-        listed, word = names(kind), KINDS[kind]
-        hint = did_you_mean(str(value), listed) or "."
+    if not callable(value):
+        choice = _known(kind, value) if isinstance(value, str) else None
+        if choice is None:
+            listed, word = names(kind), KINDS[kind]
+            hint = did_you_mean(str(value), listed) or "."
+            raise InputError(
+                f"{argument(key)}: there is no {word.word} {value!r}; the {word.plural} are {', '.join(listed)}{hint}"
+            )
+        return choice
+    for name, choice in (TABLE[kind] | _registered[kind]).items():
+        if choice.source is value or choice.source == _address(value):
+            return choice._replace(name=name)
+    name = getattr(value, "__name__", "")
+    if not CHOICE_NAME.fullmatch(name):
         raise InputError(
-            f"{argument(key)}: there is no {word.word} {value!r}; the {word.plural} are {', '.join(listed)}{hint}"
+            f"{argument(key)}: {value!r} has no name; write a function with def, or call "
+            f"sparsurf.register({kind!r}, name, function)."
         )
-    return choice
+    _refuse_taken(kind, name, value, argument(key), "rename your function")
+    former = _known(kind, name) or Choice(value, name.replace("_", " "), name=name)
+    _check_signature(kind, name, value, former.takes_dots)
+    return former._replace(source=value)
 
 
 def name_of(kind: str, value: Any, key: str) -> str:
@@ -562,34 +396,29 @@ def load(kind: str, value: Any, key: str) -> tuple[Choice, Any]:
     A function from outside of the library raises InputError, from its own error, when it fails.
     """
     choice = find(kind, value, key)
-    if not isinstance(choice.source, str):
-        return _named(kind, choice, choice.source)
-    module, _, attribute = choice.source.partition(":")
-    if choice.is_built_in:
-        return choice, getattr(import_module(module), attribute)
-    try:
-        function = import_module(module)
-        for part in attribute.split("."):
-            function = getattr(function, part)
-    except Exception as error:  # whatever a foreign module does when it is imported
-        raise InputError(
-            f"{argument(key)}: the {KINDS[kind].word} {choice.name!r} of {choice.package} cannot be imported: {_reason(error)}"
-            " Repair or uninstall that package."
-        ) from error
-    choice = _registered[kind].get(choice.name, choice)  # the module may have registered its label
-    _check_signature(kind, choice.name, function, choice.takes_dots)
-    return _named(kind, choice, function)
-
-
-def _named(kind: str, choice: Choice, function: Any) -> tuple[Choice, Any]:
-    """Return a choice from outside of the library and its function, whose errors name it from now on."""
-    package = f" of {choice.package}" if choice.package else ""
-    who = f"the {KINDS[kind].word} {choice.name!r}{package}"
+    function: Any = choice.source
+    if isinstance(function, str):
+        module, _, attribute = function.partition(":")
+        try:
+            function = import_module(module)
+            for part in attribute.split("."):
+                function = getattr(function, part)
+        except Exception as error:  # whatever a foreign module does when it is imported
+            if choice.is_built_in:
+                raise
+            raise InputError(
+                f"{argument(key)}: the {KINDS[kind].word} {choice.name!r} of {choice.package} cannot be imported: "
+                f"{_reason(error)} Repair or uninstall that package."
+            ) from error
+        if choice.is_built_in:
+            return choice, function
+        choice = _registered[kind].get(choice.name, choice)  # the module may have registered its label
+        _check_signature(kind, choice.name, function, choice.takes_dots)
+    who = f"the {KINDS[kind].word} {choice.name!r}" + (f" of {choice.package}" if choice.package else "")
     if choice.sniff is not None:
         choice = choice._replace(sniff=partial(_call, who, choice.sniff))
     if kind == "field":  # of which molecule and points are easily exchanged
-        arguments = ("dots",) if choice.takes_dots else KINDS[kind].arguments
-        who += f", which is called with ({', '.join(arguments)}),"
+        who += f", which is called with ({', '.join(_arguments(kind, choice.takes_dots))}),"
     return choice, partial(_call, who, function) if callable(function) else function
 
 
@@ -609,10 +438,8 @@ def choice_of(kind: str, name: str) -> Choice | None:
     A package that cannot be imported is told once and does not stop the page, which needs no more than the name.
     """
     choice = _known(kind, name)
-    if choice is None or choice.is_built_in or not isinstance(choice.source, str):
-        return choice
     try:
-        return load(kind, name, kind)[0]
+        return load(kind, name, kind)[0] if choice and choice.package else choice
     except InputError as error:
         _warn(str(error))
         return choice
@@ -626,9 +453,8 @@ def label(kind: str, name: str) -> str:
 
 def origin(kind: str, choice: Choice) -> str:
     """Return where a choice comes from, within a sentence: "a built-in field", "a field of my-package 1.0"."""
-    return (
-        f"a built-in {KINDS[kind].word}" if choice.is_built_in else f"a {KINDS[kind].word} {_origin(choice)}"
-    )
+    word = KINDS[kind].word
+    return f"a built-in {word}" if choice.is_built_in else f"a {word} {choice.origin}"
 
 
 def with_choices(function: F) -> F:
@@ -653,27 +479,26 @@ def samplers_of_combinations() -> tuple[str, ...]:
 
 def suffixes(carried: str = "dots", is_read: bool = False) -> tuple[str, ...]:
     """Return the suffixes of the formats of the library that carry something and are read, or else are written."""
-    found = []
-    for name, choice in TABLE["format"].items():
-        is_possible = choice.is_read if is_read else choice.is_written
-        if carried in choice.carries and is_possible:
-            found.append(f".{name}")
-    return tuple(found)
+    formats = TABLE["format"].items()
+    return tuple(
+        f".{name}" for name, choice in formats
+        if carried in choice.carries and (choice.is_read if is_read else choice.is_written)
+    )  # fmt: skip
 
 
 def formats_read() -> list[str]:
     """Return the names of the formats of files of dots, in the order in which they are tried."""
-    built_in = [name for name, choice in TABLE["format"].items() if choice.holds_dots_to_read]
-    return [*built_in, *(name for name in names("format") if name not in TABLE["format"])]
+    return [
+        name
+        for name in names("format")
+        if name not in TABLE["format"] or TABLE["format"][name].holds_dots_to_read
+    ]
 
 
 def modules(kind: str) -> set[str]:
     """Return the modules of the library that hold the functions of a kind; of formats, those that read files of dots."""
-    return {
-        str(choice.source).partition(":")[0]
-        for choice in TABLE[kind].values()
-        if kind != "format" or choice.holds_dots_to_read
-    }
+    chosen = (choice for choice in TABLE[kind].values() if kind != "format" or choice.holds_dots_to_read)
+    return {choice.address.partition(":")[0] for choice in chosen}
 
 
 def plugins_in_use(kind: str) -> dict[str, Choice]:
@@ -692,26 +517,22 @@ def plugins() -> dict[str, dict[str, Choice]]:
     from importlib.metadata import entry_points  # here: most processes need none
 
     found: dict[str, dict[str, Choice]] = {kind: {} for kind in TABLE}
-    for point in sorted(entry_points(group=ENTRY_POINTS), key=lambda point: (_package(point), point.name)):
+    points = [
+        (f"{point.dist.name} {point.dist.version}" if point.dist else "a package", point)
+        for point in entry_points(group=ENTRY_POINTS)
+    ]
+    for package, point in sorted(points, key=lambda pair: (pair[0], pair[1].name)):
         kind, _, name = point.name.partition(".")
-        package = _package(point)
+        former = TABLE.get(kind, {}).get(name) or found.get(kind, {}).get(name)
         if kind not in TABLE or not CHOICE_NAME.fullmatch(name) or not point.attr:
             example = "sampler.highest = my_package:highest"
             _warn(f"{package}: the entry point {point.name} = {point.value} is left out; write {example}")
-        elif former := TABLE[kind].get(name) or found[kind].get(name):
-            if former.source != point.value:  # the same package may be found twice on the path
-                _warn(
-                    f"{package}: the {kind} {name!r} is left out: {origin(kind, former)} has that name already"
-                )
-        else:
+        elif former is None:
             source = f"{point.module}:{point.attr}"
             found[kind][name] = Choice(source, name.replace("_", " "), package=package, name=name)
+        elif former.source != point.value:  # the same package may be found twice on the path
+            _warn(f"{package}: the {kind} {name!r} is left out: {origin(kind, former)} has that name already")
     return found
-
-
-def _package(point: Any) -> str:
-    """Return the name and the version of the package that has an entry point."""
-    return f"{point.dist.name} {point.dist.version}" if point.dist else "a package"
 
 
 def _known(kind: str, name: str) -> Choice | None:
@@ -724,86 +545,58 @@ def _known(kind: str, name: str) -> Choice | None:
     return choice
 
 
-def _of_function(kind: str, function: Callable[..., Any], key: str) -> Choice:
-    """Return the choice that a function given as `key` is, called by the name of the function."""
-    word = KINDS[kind].word
-    for choice in _choices(kind):
-        if choice.source is function or choice.source == _address(function):
-            return choice
-    name = getattr(function, "__name__", "")
-    if not CHOICE_NAME.fullmatch(name):
-        raise InputError(
-            f"{argument(key)}: {function!r} has no name; write a function with def, or call "
-            f"sparsurf.register({kind!r}, name, function)."
-        )
-    former = _known(kind, name)
-    if former is not None and not _replaces(function, former):
-        raise InputError(
-            f"{argument(key)}: there is a {word} {name!r} already ({_origin(former)}); rename your function."
-        )
-    _check_signature(kind, name, function, bool(former and former.takes_dots))
-    former = former or Choice(function, name.replace("_", " "), name=name)
-    return former._replace(source=function)
-
-
-def _choices(kind: str) -> Iterator[Choice]:
-    """Yield the choices of the library and the registered ones."""
-    for name, choice in (TABLE[kind] | _registered[kind]).items():
-        yield choice._replace(name=name)
-
-
 def _address(function: Any) -> str:
     """Return module:function."""
     return f"{getattr(function, '__module__', '')}:{getattr(function, '__qualname__', '')}"
 
 
-def _replaces(function: Any, former: Choice) -> bool:
-    """Return whether a function is the next version of a former choice: of the same name in the same module."""
-    if callable(former.source):
-        return _address(former.source) == _address(function)
-    if former.package:  # its module registers the function of its own entry point
-        return (
-            former.source.partition(".")[0].partition(":")[0]
-            == _address(function).partition(".")[0].partition(":")[0]
+def _refuse_taken(kind: str, name: str, function: Any, who: str, remedy: str) -> str:
+    """Raise InputError if a name is taken by another function than a former version of this one; return its package.
+
+    That has the same name in the same module, or is the entry point of the same package, which registers its own function.
+    """
+    former = _registered[kind].get(name) or TABLE[kind].get(name) or plugins()[kind].get(name)
+    if former is None:
+        return ""
+    new, old = _address(function), former.address
+    of_package = bool(former.package) and isinstance(former.source, str)
+    of_package = of_package and re.split("[.:]", old)[0] == re.split("[.:]", new)[0]
+    if former.is_built_in or not (new == old or of_package):
+        raise InputError(
+            f"{who}: there is a {KINDS[kind].word} {name!r} already ({former.origin}); {remedy}."
         )
-    return False
+    return former.package
 
 
-def _origin(choice: Choice) -> str:
-    """Return where a choice comes from, for a sentence."""
-    if choice.package:
-        return f"of {choice.package}"
-    return "built in" if choice.is_built_in else f"from {_address(choice.source)}"
+def _arguments(kind: str, takes_dots: bool) -> tuple[str, ...]:
+    """Return the arguments of the functions of a kind."""
+    return ("dots",) if takes_dots else KINDS[kind].arguments
 
 
 def _check_signature(kind: str, name: str, function: Any, takes_dots: bool) -> None:
     """Raise InputError unless a function can be called with the arguments of its kind."""
-    arguments = ("dots",) if takes_dots else KINDS[kind].arguments
+    word, hint = KINDS[kind].word, ""
     if not callable(function):
         if not isinstance(function, tuple):  # a descriptor or format with more than one function
-            raise InputError(f"the {KINDS[kind].word} {name!r} is {function!r}; it must be a function.")
+            raise InputError(f"the {word} {name!r} is {function!r}; it must be a function.")
         return
     try:
         signature = inspect.signature(function)
     except (TypeError, ValueError):  # a function in C may have none
         return
-    if _accepts(signature, arguments):
+
+    def accepts(arguments: tuple[str, ...]) -> bool:
+        try:
+            return signature.bind(*arguments) is not None
+        except TypeError:
+            return False
+
+    arguments = _arguments(kind, takes_dots)
+    if accepts(arguments):
         return
-    hint = ""
-    if kind == "field" and not takes_dots and _accepts(signature, ("dots",)):
+    if kind == "field" and not takes_dots and accepts(("dots",)):
         hint = ", or the dots alone if it is registered by sparsurf.register(..., takes_dots=True)"
-    raise InputError(
-        f"the {KINDS[kind].word} {name!r} takes {signature}; it must take ({', '.join(arguments)}){hint}."
-    )
-
-
-def _accepts(signature: inspect.Signature, arguments: Sequence[str]) -> bool:
-    """Return whether a function of this signature can be called with these arguments."""
-    try:
-        signature.bind(*arguments)
-    except TypeError:
-        return False
-    return True
+    raise InputError(f"the {word} {name!r} takes {signature}; it must take ({', '.join(arguments)}){hint}.")
 
 
 def _reason(error: Exception) -> str:
