@@ -88,52 +88,6 @@ def parm7(path, molecule, labels=True):
     path.write_text("\n".join([*lines, ""]))
 
 
-def old_parm7(path, molecule):
-    """An AMBER topology from before AMBER 7: sections without flags in a fixed order, each on a line at least."""
-    first = np.unique(molecule.residue_index, return_index=True)[1]
-    bonds, n_atoms = bonds_of(molecule), molecule.n_atoms
-    hydrogen = (~molecule.heavy)[bonds].any(axis=1)
-    # two types of atoms, 3 of bonds, 4 of angles, 6 of torsions, and 7 of SOLTY: every section has a length of its own
-    pointers = np.zeros(30, int)
-    pointers[[0, 1, 2, 11, 12, 15, 16, 17, 18]] = (
-        n_atoms,
-        2,
-        hydrogen.sum(),
-        len(first),
-        (~hydrogen).sum(),
-        3,
-        4,
-        6,
-        7,
-    )
-    lines = ["the title"]
-
-    def section(per_line, words):
-        words = list(words)
-        lines.extend("".join(words[k : k + per_line]) for k in range(0, max(len(words), 1), per_line))
-
-    def integers(values):
-        section(12, (f"{x:6d}" for x in values))
-
-    def reals(number):
-        section(5, number * [f"{0.5:16.8E}"])
-
-    integers(pointers)
-    section(20, (f"{name:<4s}" for name in molecule.name))
-    reals(n_atoms)
-    reals(n_atoms)
-    integers([1] * n_atoms)
-    integers([0] * n_atoms)
-    integers([1] * 4)
-    section(20, (f"{name:<4s}" for name in molecule.residue_name[first]))
-    integers(first + 1)
-    for number in (3, 3, 4, 4, 6, 6, 6, 7, 3, 3):
-        reals(number)
-    integers(_of_parm7(bonds[hydrogen]))
-    integers(_of_parm7(bonds[~hydrogen]))
-    path.write_text("\n".join([*lines, "     1     2", ""]))
-
-
 def _of_parm7(bonds):
     """Bonds as a parm7 file has them: numbers of atoms times 3, and a type."""
     return np.column_stack([3 * bonds, np.ones(len(bonds), int)]).ravel()

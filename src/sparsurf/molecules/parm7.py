@@ -1,8 +1,7 @@
 """Read the atoms of an AMBER topology (prmtop, parm7): names, residues, labels, elements and bonds.
 
 The format: https://ambermd.org/prmtop.pdf. Files of CHAMBER and ParmEd have the same flags, and some have the numbers, chains
-and insertion codes of the residues of the PDB file besides. Files from before AMBER 7 have no flags: the same sections follow
-one another in a fixed order.
+and insertion codes of the residues of the PDB file besides. Files from before AMBER 7 (2002) have no flags and are refused.
 """
 
 from __future__ import annotations
@@ -19,9 +18,6 @@ from sparsurf.molecules.source import Source
 FORTRAN_FORMAT = re.compile(r"%FORMAT\s*\(\s*\d*\s*([aAiIeEfF])(\d+)")
 POINTER_N_ATOMS, POINTER_N_RESIDUES = 0, 11  # places in POINTERS
 FIELDS_OF_BOND = 3  # two atoms, times 3, and a type
-# Numbers on a line, and columns of each, of the words, whole numbers and real numbers of a file without flags
-OLD_WORDS, OLD_INTEGERS, OLD_REALS = (20, 4), (12, 6), (5, 16)
-N_OLD_POINTERS = 30
 
 
 def read_parm7(source: Source) -> AtomFile:
@@ -62,9 +58,10 @@ def _fields(source: Source) -> dict[str, list[str]]:
     """Return the words of every flag, in columns of the width that its format says."""
     lines = source.text().split("\n")
     if not source.recognised:
-        raise InputError(f"{FILE} is not an AMBER topology by its content: check its name, or copy it again.")
-    if not any(line.startswith("%") for line in lines):
-        return _fields_without_flags(lines)
+        raise InputError(
+            f"{FILE} is not an AMBER topology by its content: check its name, or copy it again; one from before AMBER 7 (2002) "
+            "has no flags, and ParmEd writes it with them."
+        )
     fields: dict[str, list[str]] = {}
     values, width = list[str](), 4
     for line in lines:
@@ -73,57 +70,7 @@ def _fields(source: Source) -> dict[str, list[str]]:
         elif match := FORTRAN_FORMAT.match(line):
             width = int(match[2])
         elif not line.startswith("%"):
-            values += _words(line, width)
-    return fields
-
-
-def _words(line: str, width: int) -> list[str]:
-    """Return the words of a line of columns of one width."""
-    line = line.rstrip()
-    return [line[k : k + width].strip() for k in range(0, len(line), width)]
-
-
-def _fields_without_flags(lines: list[str]) -> dict[str, list[str]]:
-    """Return the words of the sections of a file from before AMBER 7, by the flag that each of them has since then.
-
-    The sections behind the bonds are not read.
-    """
-    fields: dict[str, list[str]] = {}
-    begin = 1  # behind the title
-
-    def take(flag: str, size: int, layout: tuple[int, int]) -> None:
-        """Store the words of the next section, which takes one line at least."""
-        nonlocal begin
-        per_line, width = layout
-        end = begin + max(1, -(-size // per_line))
-        values = [word for line in lines[begin:end] for word in _words(line, width)]
-        fields[flag], begin = values[:size], end
-        _of_size(fields, flag, size)
-
-    take("POINTERS", N_OLD_POINTERS, OLD_INTEGERS)
-    pointers = _numbers(fields, "POINTERS").tolist()
-    n_atoms, n_types, n_hydrogen_bonds, n_residues, n_bonds = (pointers[k] for k in (0, 1, 2, 11, 12))
-    n_bond_types, n_angle_types, n_torsion_types, n_atom_types = pointers[15:19]
-    take("ATOM_NAME", n_atoms, OLD_WORDS)
-    take("CHARGE", n_atoms, OLD_REALS)
-    take("MASS", n_atoms, OLD_REALS)
-    take("ATOM_TYPE_INDEX", n_atoms, OLD_INTEGERS)
-    take("NUMBER_EXCLUDED_ATOMS", n_atoms, OLD_INTEGERS)
-    take("NONBONDED_PARM_INDEX", n_types**2, OLD_INTEGERS)
-    take("RESIDUE_LABEL", n_residues, OLD_WORDS)
-    take("RESIDUE_POINTER", n_residues, OLD_INTEGERS)
-    take("BOND_FORCE_CONSTANT", n_bond_types, OLD_REALS)
-    take("BOND_EQUIL_VALUE", n_bond_types, OLD_REALS)
-    take("ANGLE_FORCE_CONSTANT", n_angle_types, OLD_REALS)
-    take("ANGLE_EQUIL_VALUE", n_angle_types, OLD_REALS)
-    take("DIHEDRAL_FORCE_CONSTANT", n_torsion_types, OLD_REALS)
-    take("DIHEDRAL_PERIODICITY", n_torsion_types, OLD_REALS)
-    take("DIHEDRAL_PHASE", n_torsion_types, OLD_REALS)
-    take("SOLTY", n_atom_types, OLD_REALS)
-    take("LENNARD_JONES_ACOEF", n_types * (n_types + 1) // 2, OLD_REALS)
-    take("LENNARD_JONES_BCOEF", n_types * (n_types + 1) // 2, OLD_REALS)
-    take("BONDS_INC_HYDROGEN", FIELDS_OF_BOND * n_hydrogen_bonds, OLD_INTEGERS)
-    take("BONDS_WITHOUT_HYDROGEN", FIELDS_OF_BOND * n_bonds, OLD_INTEGERS)
+            values += [line.rstrip()[k : k + width].strip() for k in range(0, len(line.rstrip()), width)]
     return fields
 
 

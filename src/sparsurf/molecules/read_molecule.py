@@ -17,9 +17,7 @@ from sparsurf.errors import FILE, InputError, argument, naming_file
 from sparsurf.files import StrPath, pluralise, shorten
 from sparsurf.molecules.atom_table import AtomFile
 from sparsurf.molecules.build import molecule_of_models, molecule_of_trajectory
-from sparsurf.molecules.card import read_card
 from sparsurf.molecules.formats import MOLECULE_FORMATS
-from sparsurf.molecules.gro import read_gro
 from sparsurf.molecules.mdtraj_process import load_atoms, table_of_rows
 from sparsurf.molecules.mmcif import read_mmcif
 from sparsurf.molecules.molecule import Molecule
@@ -30,6 +28,7 @@ from sparsurf.molecules.plddt import doubtful_residues
 from sparsurf.molecules.psf import read_psf
 from sparsurf.molecules.selection import POLYMERS, Groups, SelectionKeys
 from sparsurf.molecules.source import Source, open_source, what_is_no_structure
+from sparsurf.molecules.text_frames import read_card, read_gro
 from sparsurf.suggestions import public
 
 log = logging.getLogger("sparsurf")

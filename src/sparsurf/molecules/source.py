@@ -49,7 +49,6 @@ ATOM_OF_XYZ = re.compile(r"\s*\S+(\s+[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?){3,}"
 LINE_OF_NUMBERS = re.compile(r"[-+\d. eE]*\.[-+\d. eE]*")
 # Replica exchange of AMBER writes a line with its state before each frame of an mdcrd file
 REPLICA = re.compile(r"(H?REMD|RXSGLD)\s")
-INTEGERS_OF_OLD_PRMTOP = re.compile(r"(?:[ \d]{5}\d){12} *")
 ATOMS_OF_LAMMPS = re.compile(r"^[ \t]*\d+[ \t]+atoms[ \t]*$", re.MULTILINE)
 
 
@@ -186,11 +185,7 @@ def _recognise_text(text: str) -> str:
         return "psf"
     if first.strip() == "TITLE" and BLOCK_OF_GROMOS.search(text):
         return "g96"
-    # before AMBER 7, the counts stood on three lines behind the title
-    counts = lines[1:3]
-    if first.startswith(("%VERSION", "%FLAG")) or (
-        len(counts) == 2 and all(map(INTEGERS_OF_OLD_PRMTOP.fullmatch, counts))
-    ):
+    if first.startswith(("%VERSION", "%FLAG")):
         return "parm7"
     if first.startswith("ITEM:"):
         return "lammps dump"

@@ -12,7 +12,6 @@ import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO
 
 import numpy as np
 
@@ -32,11 +31,10 @@ DCD_CELL_BYTES = 48  # of the cell of a DCD frame
 # A frame of TRR begins with a number, the length of a name twice, the name, and the sizes of what follows
 TRR_MAGIC, TRR_HEAD, TRR_SIZES = 1993, struct.Struct(">3i"), struct.Struct(">13i")
 MAX_TRR_VERSION = 100  # bytes of the name
-# A frame of XTC has 52 bytes before the number of its atoms and the precision, the steps per nm to which it is rounded
-XTC_PRECISION, XTC_PRECISION_OFFSET = struct.Struct(">if"), 52
-# A frame of XTC begins with its magic number (1995, or 2023 where the size has eight bytes), number of atoms, step, time, box and
-# the number again; precision, two corners and an index precede the size of the compressed positions
-XTC_MAGIC, XTC_HEAD, XTC_BEFORE_SIZE = (1995, 2023), 56, 32
+# A frame of XTC begins with its magic number (1995, or 2023 where the size has eight bytes) and number of atoms. Behind its head
+# stand the precision of compressed positions, the steps per nm to which they are rounded, and later their size
+XTC_BEGIN, XTC_HEAD, XTC_PRECISION, XTC_SIZE = struct.Struct(">2i"), 56, struct.Struct(">f"), 88
+XTC_SIZES = {1995: struct.Struct(">i"), 2023: struct.Struct(">q")}
 MIN_COMPRESSED_ATOMS = 10  # of XTC; fewer are stored without rounding
 REFUSED_STEP, ROUNDED = 0.5, 0.02  # Å, steps of positions that are refused, and warned of
 MIN_ATOMS_TO_COMPARE = 10  # fewer may stand still in the precision of a file
@@ -71,8 +69,7 @@ def read_first_frame(source: Source, n_atoms: int, topology_path: StrPath) -> np
             f"{FILE} cannot be read: its first bytes are not those of {source.format.label}; check its name, or copy it again."
         )
     if source.format.name == "xtc":
-        check_precision(source)
-        refuse_other_atoms_in_xtc(source)
+        check_xtc(source)
     stored, _ = _frames_with_positions(source)
     late = () if stored is None or not stored[0] else stored[:1]
     xyz, _, _ = next(
@@ -184,7 +181,7 @@ def read_frames(
         if source.format.name == "dcd":
             check_dcd(source, n_atoms, n_read, stride)
         if stride > 1 and n_read == 1:
-            warn_of_stride(_count(source, n_atoms, stored), stride)
+            warn_of_stride(len(_times(source, n_atoms, stored)), stride)
         time_ps, number = np.concatenate(time_parts), np.concatenate(number_parts)
     xyz = store.frames()
     if n_repeats := len(keep) - len(xyz):
@@ -213,17 +210,12 @@ def warn_of_stride(n_frames: int, stride: int) -> None:
         log.warning(message, FILE, n_frames, stride)
 
 
-def _count(source: Source, n_atoms: int, stored: np.ndarray | None) -> int:
-    """Count the frames of a trajectory, without a word on what the reading before has warned of."""
-    if stored is not None:
-        return len(stored)
-    with no_warnings():
-        return sum(len(part[1]) for part in iterate_parts(source, n_atoms, FrameSelection(np.array([0]))))
-
-
 def _times(source: Source, n_atoms: int, stored: np.ndarray | None) -> np.ndarray:
     """Read the times of all frames with positions, ps; nan where the format has none."""
-    time = np.concatenate([part[1] for part in iterate_parts(source, n_atoms, FrameSelection(np.array([0])))])
+    with no_warnings():  # of what the reading of the frames tells
+        time = np.concatenate(
+            [part[1] for part in iterate_parts(source, n_atoms, FrameSelection(np.array([0])))]
+        )
     time = time if stored is None else time[stored]
     return time if source.format.timed and (np.diff(time) > 0).all() else np.full(len(time), np.nan)
 
@@ -272,33 +264,26 @@ class FrameStore:
     """Frames that are appended one part after another; beyond BYTES_IN_MEMORY they lie in a temporary file."""
 
     def __init__(self) -> None:
-        self.parts, self.n_bytes, self.n_frames = list[np.ndarray](), 0, 0
-        self.file: IO[bytes] | None = None
+        self.file, self.n_frames = tempfile.SpooledTemporaryFile(BYTES_IN_MEMORY), 0  # noqa: SIM115
 
     def append(self, xyz: np.ndarray) -> None:
         """Append frames (F, A, 3)."""
-        self.shape = xyz.shape[1:]
-        self.parts.append(xyz)
-        self.n_bytes += xyz.nbytes
-        self.n_frames += len(xyz)
-        if self.file is not None or self.n_bytes > BYTES_IN_MEMORY:
-            try:
-                self.file = self.file or tempfile.TemporaryFile()  # noqa: SIM115, open as long as its frames are
-                for part in self.parts:
-                    self.file.write(part.tobytes())
-            except OSError as error:
-                raise InputError(
-                    f"the frames of {FILE} do not fit into {tempfile.gettempdir()} ({error.strerror}): "
-                    "set TMPDIR to another folder."
-                ) from None
-            self.parts = []
+        self.shape, self.n_frames = xyz.shape[1:], self.n_frames + len(xyz)
+        try:
+            self.file.write(xyz.tobytes())
+        except OSError as error:
+            raise InputError(
+                f"the frames of {FILE} do not fit into {tempfile.gettempdir()} ({error.strerror}): set TMPDIR to another folder."
+            ) from None
 
     def frames(self) -> np.ndarray:
         """Return all frames, float64; those of a file can be read only."""
-        if self.file is None:
-            return np.concatenate(self.parts)
-        self.file.flush()
-        return np.memmap(self.file, float, "r", shape=(self.n_frames, *self.shape))
+        shape, n_bytes = (self.n_frames, *self.shape), self.file.tell()
+        if n_bytes > BYTES_IN_MEMORY:
+            self.file.flush()
+            return np.memmap(self.file, float, "r", shape=shape)  # type: ignore[call-overload]
+        self.file.seek(0)
+        return np.frombuffer(bytearray(self.file.read())).reshape(shape)
 
 
 def report_cut(n_complete: int, n_read: int, stride: int) -> None:
@@ -321,52 +306,41 @@ def warn_of_repeats(source: Source, xyz: np.ndarray, time: np.ndarray, number: n
         log.warning(message, FILE, time[frame], number[frame])
 
 
-def refuse_other_atoms_in_xtc(source: Source) -> None:
-    """Raise InputError if a frame of an XTC file has another number of atoms than the first one; mdtraj reads on."""
-    n_first, number, offset = -1, 0, 0
+def check_xtc(source: Source) -> None:
+    """Raise InputError if frames of an XTC file have other atoms than the first, or are rounded too coarsely; mdtraj reads on."""
+    n_first, number, offset = 0, 0, 0
     size = existing_file(source).stat().st_size
     with Path(source).open("rb") as file:
         while offset + XTC_HEAD <= size:
             file.seek(offset)
-            magic, n_atoms = struct.unpack(">2i", file.read(8))
-            if magic not in XTC_MAGIC or n_atoms <= 0:
+            content = file.read(XTC_SIZE + 8).ljust(XTC_SIZE + 8, b"\0")
+            magic, n_atoms = XTC_BEGIN.unpack_from(content)
+            if magic not in XTC_SIZES or n_atoms <= 0:
                 return  # damaged, which its reader tells
-            n_first = n_atoms if n_first < 0 else n_first
+            n_first = n_first or n_atoms
             if n_atoms != n_first:
                 raise InputError(
                     f"{FILE} has {n_atoms} atoms in frame {number} and {n_first} in the first one: give a trajectory of one "
                     "molecule."
                 )
-            offset += XTC_HEAD
             if n_atoms < MIN_COMPRESSED_ATOMS:
-                offset += 12 * n_atoms
+                offset += XTC_HEAD + 12 * n_atoms
             else:
-                file.seek(offset + XTC_BEFORE_SIZE)
-                wide = magic == XTC_MAGIC[1]
-                content = file.read(8 if wide else 4)
-                if len(content) < (8 if wide else 4):
-                    return
-                n_bytes = struct.unpack(">q" if wide else ">i", content)[0]
-                offset += XTC_BEFORE_SIZE + len(content) + -(-n_bytes // 4) * 4
+                if number == 0:
+                    _check_precision(XTC_PRECISION.unpack_from(content, XTC_HEAD)[0])
+                n_bytes = XTC_SIZES[magic].unpack_from(content, XTC_SIZE)[0]
+                offset += XTC_SIZE + XTC_SIZES[magic].size + -(-n_bytes // 4) * 4
             number += 1
 
 
-def check_precision(source: Source) -> None:
-    """Raise InputError if the positions of an XTC file are rounded so coarsely that no surface follows from them; or warn."""
-    with Path(source).open("rb") as file:
-        file.seek(XTC_PRECISION_OFFSET)
-        content = file.read(XTC_PRECISION.size)
-    if len(content) < XTC_PRECISION.size:
-        return
-    n_atoms, precision = XTC_PRECISION.unpack(content)
-    step = ANGSTROM_PER_NM / precision if n_atoms >= MIN_COMPRESSED_ATOMS and precision > 0 else 0
+def _check_precision(precision: float) -> None:
+    """Raise InputError if positions are rounded so coarsely that no surface follows from them; or warn."""
+    step = ANGSTROM_PER_NM / precision if precision > 0 else 0
+    rounded = f"its positions are rounded to {step:g} Å (an XTC precision of {precision:g})"
     if step >= REFUSED_STEP:
-        raise InputError(
-            f"{FILE}: its positions are rounded to {step:g} Å (an XTC precision of {precision:g}), too coarse for a surface; "
-            "write it with a precision of 1000."
-        )
+        raise InputError(f"{FILE}: {rounded}, too coarse for a surface; write it with a precision of 1000.")
     if step > ROUNDED:
-        log.warning("%s: its positions are rounded to %g Å (an XTC precision of %g)", FILE, step, precision)
+        log.warning("%s: %s", FILE, rounded)
 
 
 def check_dcd(source: Source, n_atoms: int, n_read: int, stride: int) -> None:

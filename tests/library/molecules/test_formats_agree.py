@@ -58,7 +58,6 @@ def write_all(folder, molecule):
     formats.psf(folder / "short.psf", molecule, extended=False)
     formats.parm7(folder / "a.parm7", molecule)
     formats.parm7(folder / "bare.parm7", molecule, labels=False)
-    formats.old_parm7(folder / "old.prmtop", molecule)
     formats.restart(folder / "a.rst7", molecule)
     formats.restart(folder / "inpcrd.crd", molecule, velocities=False)
     formats.mdcrd(folder / "box.crd", molecule, box=True)
@@ -73,7 +72,6 @@ def write_all(folder, molecule):
     files["CARD, extended"] = [folder / "extended.crd"], True, True, 1
     files["PSF, PDB"] = [folder / "a.psf", plain], True, True, 1
     files["parm7 without labels, NetCDF"] = [folder / "bare.parm7", folder / "a.nc"], False, False, 2
-    files["parm7 without flags, DCD"] = [folder / "old.prmtop", folder / "a.dcd"], False, False, 2
     for topology, frames in (
         ("a.psf", "a.dcd"), ("short.psf", "a.xtc"), ("a.parm7", "a.nc"), ("a.parm7", "a.trr"),
     ):  # fmt: skip
@@ -155,26 +153,6 @@ def test_files_that_parmed_writes_are_read(example, tmp_path, kind):
     np.testing.assert_allclose(found.xyz, example.xyz[:1], atol=1e-3)
 
 
-def test_a_topology_from_before_amber_7_has_the_bonds_that_it_lists(example, tmp_path):
-    formats.old_parm7(tmp_path / "a.prmtop", example)
-    formats.parm7(tmp_path / "a.parm7", example)
-    old, new = (
-        MOLECULE_READERS["parm7"](open_source(tmp_path / name)).atoms for name in ("a.prmtop", "a.parm7")
-    )
-    assert np.array_equal(old.molecule, new.molecule)
-    two = replace(
-        example, xyz=example.xyz + 50 * (example.residue_index > 5)[:, None]
-    )  # without the bond between
-    formats.old_parm7(tmp_path / "two.prmtop", two)
-    molecule = MOLECULE_READERS["parm7"](open_source(tmp_path / "two.prmtop")).atoms.molecule
-    assert len(set(new.molecule)) == 1 and len(set(molecule)) == 2
-    text = (tmp_path / "a.prmtop").read_text()
-    for k in range(1, 11):
-        (tmp_path / "cut.prmtop").write_text(text[: (text.index("     1     2\n") - 40) * k // 10])
-        with pytest.raises(InputError, match=r"cut short or damaged|is not a structure"):
-            MOLECULE_READERS["parm7"](open_source(tmp_path / "cut.prmtop"))
-
-
 @pytest.mark.parametrize("title", ["Ångström".encode(), "Å".encode("latin-1"), b"\x85 \x0c"])
 @pytest.mark.filterwarnings("ignore")
 def test_content_is_recognised_behind_a_title_and_a_mark_of_any_encoding(example, tmp_path, title):
@@ -188,7 +166,6 @@ def test_content_is_recognised_behind_a_title_and_a_mark_of_any_encoding(example
         "a.xyz",
         "a.mdcrd",
         "a.rst7",
-        "old.prmtop",
         "a.lammpstrj",
         "a.data",
     ):
@@ -527,6 +504,9 @@ def test_what_is_no_file_of_atoms_says_what_to_do(tmp_path):
         with pytest.raises(InputError, match=words) as error:
             open_source(tmp_path / name)
         assert str(error.value).startswith(str(tmp_path / name)) and "damaged" not in str(error.value)
+    (tmp_path / "old.prmtop").write_text("title\n" + 2 * (12 * "     1" + "\n") + "     0\nN   \n")
+    with pytest.raises(InputError, match=r"AMBER 7 .*ParmEd"):
+        MOLECULE_READERS["parm7"](open_source(tmp_path / "old.prmtop"))
     folder = tmp_path / "run_trj"
     folder.mkdir()
     (folder / "clickme.dtr").write_text("")

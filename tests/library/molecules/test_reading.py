@@ -367,7 +367,7 @@ def test_frames_beyond_some_bytes_lie_in_a_file(monkeypatch):
         frames = store.frames()
         assert isinstance(frames, np.memmap) == in_file and np.array_equal(frames, np.concatenate(parts))
 
-    def full():
+    def full(**_):
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("tempfile.TemporaryFile", full)
