@@ -133,7 +133,7 @@ TABLE: dict[str, dict[str, Choice]] = {
             nested=True, in_browser=True, line=("#000000", 1.6, "s")),
         "poisson": Choice(
             "sparsurf.sampling.samplers:poisson", "Poisson disk", "Dots drawn at random, but no closer than a certain distance.",
-            line=("#56B4E9", 0.8, "P")),
+            line=("#009E73", 0.8, "P")),
         "farthest": Choice(
             "sparsurf.sampling.samplers:farthest", "farthest point", "Dots that are as far from one another as possible.",
             nested=True, in_browser=True, line=("#0072B2", 1.6, "o")),
