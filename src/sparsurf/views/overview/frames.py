@@ -111,7 +111,7 @@ def changing_numbers(
 ) -> Iterator[ResidueValues]:
     """Yield the numbers of the residues that the page shows: the `change` (1, R) that ranks them, and columns of each frame."""
     ranked = quantity_of(column)
-    name = f"{STATISTICS[rank_by]} of the {ranked.name}"
+    name = f"{rank_by} of the {ranked.name}"  # short enough for the menu
     yield ResidueValues(name, ranked.unit, change, ranked.digits + 1, "steady", "changing", colours=True)
     for of_frames in dict.fromkeys(("area", ROUGHNESS_COLUMN, column)):
         name, unit, digits, ends = quantity_of(of_frames)
