@@ -1,7 +1,7 @@
 """A real Slurm of one node on the loopback address: started for a test, and ended after it.
 
 Needs Debian's slurm-wlm and munge, and root; `missing` says what is lacking. Without accounting, as many small
-clusters are.
+clusters are, or with it, for which slurmdbd and mariadb-server are needed.
 """
 
 import getpass
@@ -19,6 +19,7 @@ CONFIGURED = Path(
     "/etc/slurm/slurm.conf"
 )  # the steps of a job look there: Snakemake hides SLURM_CONF from them
 PROGRAMS = ("slurmctld", "slurmd", "sbatch", "squeue", "scancel", "munged", "munge")
+PROGRAMS_OF_ACCOUNTS = ("slurmdbd", "mariadbd", "mariadb-install-db", "sacct")
 SETTINGS = """\
 ClusterName=test
 SlurmctldHost={host}(127.0.0.1)
@@ -33,7 +34,7 @@ ReturnToService=2
 SlurmdParameters=config_overrides
 MinJobAge=600
 SchedulerParameters=sched_interval=2,batch_sched_delay=0,sched_min_interval=100000
-AccountingStorageType=accounting_storage/none
+{accounting}
 JobAcctGatherType=jobacct_gather/linux
 JobAcctGatherFrequency=2
 JobAcctGatherParams=OverMemoryKill
@@ -50,6 +51,28 @@ PartitionName=main Nodes={host} Default=YES MaxTime=INFINITE State=UP
 PartitionName=short Nodes={host} MaxTime=1 State=UP
 """
 
+NO_ACCOUNTING = "AccountingStorageType=accounting_storage/none"
+ACCOUNTING = """\
+AccountingStorageType=accounting_storage/slurmdbd
+AccountingStorageHost=127.0.0.1
+AccountingStoragePort={port}
+AccountingStoragePass={folder}/munge.socket"""
+OF_ACCOUNTS = """\
+AuthType=auth/munge
+AuthInfo=socket={folder}/munge.socket
+DbdHost={host}
+DbdAddr=127.0.0.1
+DbdPort={port}
+SlurmUser=root
+StorageType=accounting_storage/mysql
+StorageHost=127.0.0.1
+StoragePort={database}
+StorageUser=slurm
+StorageLoc=slurm
+LogFile={folder}/slurmdbd.log
+PidFile={folder}/slurmdbd.pid
+"""
+GRANT = "CREATE USER slurm@{place}; GRANT ALL ON *.* TO slurm@{place};"
 
 _started = []  # processes of the running node
 
@@ -58,9 +81,10 @@ class DidNotStart(Exception):
     """Its daemons are there, but this machine does not let them run."""
 
 
-def missing():
-    """Why no Slurm can be started here; an empty text where it can."""
-    lacking = [name for name in PROGRAMS if shutil.which(name) is None]
+def missing(accounts=False):
+    """Why no Slurm, with accounts if wanted, can be started here; an empty text where it can."""
+    programs = [*PROGRAMS, *(PROGRAMS_OF_ACCOUNTS if accounts else ())]
+    lacking = [name for name in programs if shutil.which(name) is None]
     if lacking:
         return f"{lacking[0]} is not installed (tests/install_extras.sh)"
     if CONFIGURED.exists():
@@ -69,7 +93,7 @@ def missing():
 
 
 @contextmanager
-def running(folder):
+def running(folder, accounts=False):
     """Environment, a dict, in which Slurm's commands speak to a node of one's own; its state is in `folder`."""
     folder = Path(folder)
     for name in ("state", "spool"):
@@ -77,13 +101,24 @@ def running(folder):
     environment = os.environ | {"SLURM_CONF": str(folder / "slurm.conf")}
     host = socket.gethostname().split(".")[0]
     megabytes = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") // 2**20
-    values = {"host": host, "folder": folder, "ports": free_ports(2), "cpus": CPUS}
+    *ports, port, database = free_ports(4)
+    values = {
+        "host": host,
+        "folder": folder,
+        "ports": ports,
+        "cpus": CPUS,
+        "port": port,
+        "database": database,
+    }
+    values["accounting"] = (ACCOUNTING if accounts else NO_ACCOUNTING).format(**values)
     (folder / "slurm.conf").write_text(SETTINGS.format(memory=megabytes * 9 // 10, **values))
     CONFIGURED.parent.mkdir(exist_ok=True)
     CONFIGURED.unlink(missing_ok=True)  # a link that leads nowhere: its run was killed
     CONFIGURED.symlink_to(folder / "slurm.conf")
     try:
         _started.append(start_munge(folder))
+        if accounts:
+            start_accounts(folder, environment, values)
         for daemon in ("slurmctld", "slurmd"):
             start_daemon(daemon, environment)
         wait_until_up(environment, folder)
@@ -104,6 +139,32 @@ def start_daemon(daemon, environment):
     with open(conf.with_name(f"{daemon}.out"), "ab") as out:
         command = [daemon, "-D", "-f", conf]
         _started.append(subprocess.Popen(command, env=environment, stdout=out, stderr=out))
+
+
+def start_accounts(folder, environment, values):
+    """Start slurmdbd above a database of its own, and register the cluster."""
+    (folder / "slurmdbd.conf").write_text(OF_ACCOUNTS.format(**values))
+    (folder / "slurmdbd.conf").chmod(0o600)
+    own = ["--no-defaults", "--user=root", f"--datadir={folder}/database"]
+    create = ["mariadb-install-db", *own, "--auth-root-authentication-method=normal"]
+    subprocess.run(create, check=True, capture_output=True)
+    place = [f"--socket={folder}/database.socket", f"--port={values['database']}"]
+    more = ["--bind-address=127.0.0.1", f"--pid-file={folder}/database.pid"]
+    daemons = {"mariadbd": ["mariadbd", *own, *place, *more], "slurmdbd": ["slurmdbd", "-D"]}
+    grant = "".join(GRANT.format(place=name) for name in ("localhost", "'127.0.0.1'"))
+    ready = {
+        "mariadbd": ["mariadb", "--no-defaults", "--user=root", place[0], "--execute", grant],
+        "slurmdbd": ["sacctmgr", "--immediate", "add", "cluster", "test"],
+    }
+    for name, command in daemons.items():
+        with open(folder / f"{name}.out", "wb") as out:
+            _started.append(subprocess.Popen(command, env=environment, stdout=out, stderr=out))
+        for _ in range(60):
+            if subprocess.run(ready[name], env=environment, capture_output=True, check=False).returncode == 0:
+                break
+            time.sleep(0.5)
+        else:
+            raise DidNotStart(f"{name} did not come up: {(folder / f'{name}.out').read_text()[-1000:]}")
 
 
 @contextmanager

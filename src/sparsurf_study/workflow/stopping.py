@@ -27,6 +27,11 @@ def _stop(number: int, _: FrameType | None) -> NoReturn:
     raise KeyboardInterrupt
 
 
+def is_stopped() -> bool:
+    """Return whether SIGTERM has stopped this process."""
+    return signal.getsignal(signal.SIGTERM) == signal.SIG_IGN
+
+
 def _end_jobs() -> None:
     """End all processes below Snakemake, also those that it starts meanwhile, until it has come to its own end."""
     begin, jobs, signalled = time.monotonic(), set[psutil.Process](), set[psutil.Process]()

@@ -1,4 +1,4 @@
-"""The documented command on a real Slurm of one node of two cores: stopped, continued, a job killed, as a local run."""
+"""A study on a real Slurm of one node, with and without accounting: stopped, continued, a job killed, as a local run."""
 
 import os
 import shutil
@@ -9,68 +9,46 @@ import time
 from contextlib import ExitStack, suppress
 
 import pytest
-import yaml
 
+import kills
 import slurm_node
 from conftest import ROOT
-from peptides import peptide, write
-from small_study import SEQUENCE
 
 pytestmark = pytest.mark.slow
 
-MOST_SECONDS = 600  # of a run; three minutes where nothing else runs
-SECONDS_TO_STOP = 60  # half where nothing else runs
+MOST_SECONDS = 600  # of a run; two minutes where nothing else runs
+SECONDS_TO_STOP = 90  # 12 where nothing else runs
+ROUGHNESS = "results/one/one/c1/roughness.csv"
+COMMAND = ["scripts/study.py", "one.yaml", "--workflow-profile", "profiles/slurm", ROUGHNESS]
 
 
-@pytest.fixture(scope="module")
-def node(tmp_path_factory):
-    """Environment of a running Slurm."""
+@pytest.fixture(params=[False, True], ids=["no accounts", "accounts"], scope="module")
+def node(request, tmp_path_factory):
+    """Environment of a running Slurm, and whether sacct answers there."""
     pytest.importorskip(
         "snakemake_executor_plugin_slurm", reason="envs/requirements-slurm.txt is not installed"
     )
-    if reason := slurm_node.missing():
+    if reason := slurm_node.missing(request.param):
         pytest.skip(reason)
     with ExitStack() as stack:
+        folder = tmp_path_factory.mktemp("slurm")
         try:
-            yield stack.enter_context(slurm_node.running(tmp_path_factory.mktemp("slurm")))
+            yield stack.enter_context(slurm_node.running(folder, request.param)), request.param
         except slurm_node.DidNotStart as error:
             pytest.skip(str(error))
 
 
-def checkout(folder):
-    """Make a checkout that is set up: its Python is that of the tests."""
-    shutil.copytree(ROOT / "scripts", folder / "scripts")  # study.py runs the checkout that it lies in
-    for name in (
-        "Makefile",
-        "Snakefile",
-        "rules",
-        "src",
-        "data",
-        "envs",
-        "profiles",
-        "studies",
-        "config.yaml",
-    ):
-        (folder / name).symlink_to(ROOT / name)
-    python = folder / ".venv" / "bin" / "python"
-    python.parent.mkdir(parents=True)
-    python.write_text(f'#!/bin/sh\nexec "{sys.executable}" "$@"\n')
-    python.chmod(0o755)
-    return folder
-
-
 @pytest.fixture
 def start():
-    """Function that starts the command of docs/cluster.md, without its set-up, as a terminal does; it prints into `said`."""
+    """Function that starts a command in a checkout, as a terminal does; it prints into `said`."""
     started = []
 
-    def run(folder, config, *variables, environment=None):
-        command = ["make", "-o", "setup", "run", f"CONFIG={config}", *variables]
-        own = {"start_new_session": True, "preexec_fn": lambda: signal.signal(signal.SIGINT, signal.SIG_DFL)}
+    def run(folder, environment, *options):
         with open(folder / "said", "w", encoding="utf-8") as out:
-            started.append(
-                subprocess.Popen(command, cwd=folder, env=environment, stdout=out, stderr=out, **own)
-            )
+            streams = {"stdout": out, "stderr": out, "start_new_session": True}
+            command = [sys.executable, *COMMAND, *options]
+            environment = environment | {"PYTHONPATH": str(ROOT / "src")}
+            started.append(subprocess.Popen(command, cwd=folder, env=environment, **streams))
         return started[-1]
 
     yield run
@@ -78,6 +56,16 @@ def start():
         with suppress(ProcessLookupError):  # it has ended
             os.killpg(process.pid, signal.SIGKILL)
         process.wait()
+
+
+def checkout(folder):
+    """Make a checkout whose profile asks for the two cores that the node has."""
+    kills.checkout(folder)
+    (folder / "profiles").unlink()
+    shutil.copytree(ROOT / "profiles", folder / "profiles")
+    profile = folder / "profiles" / "slurm" / "config.yaml"
+    profile.write_text(profile.read_text().replace("max-threads: 8", "max-threads: 2"))
+    return folder
 
 
 def wait_for(condition, process):
@@ -90,10 +78,10 @@ def wait_for(condition, process):
     raise AssertionError(f"it did not happen; exit code {process.poll()}")
 
 
-def jobs(node, states="PENDING,RUNNING"):
-    """Return (id, memory, cores) of jobs."""
-    command = ["squeue", "-h", "-t", states, "-o", "%i %m %C"]
-    answer = subprocess.run(command, env=node, capture_output=True, text=True, check=True).stdout
+def jobs(environment, states="PENDING,RUNNING"):
+    """Return (id, memory) of jobs."""
+    command = ["squeue", "-h", "-t", states, "-o", "%i %m"]
+    answer = subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout
     return [line.split() for line in answer.splitlines()]
 
 
@@ -102,57 +90,34 @@ def said(folder):
     return (folder / "said").read_text(encoding="utf-8")
 
 
-def files(folder, end):
-    """Return the bytes of the files of all runs with an end, by path."""
-    paths = sorted((folder / "results").rglob(f"*{end}"))
-    return {str(path.relative_to(folder)): path.read_bytes() for path in paths}
-
-
-def test_the_documented_command_is_stopped_continues_and_gives_the_tables_of_a_local_run(
-    node, start, tmp_path
-):
+def test_a_study_is_stopped_and_continues_to_the_bytes_of_a_local_run(node, start, tmp_path):
+    """Without accounts, a job that is cancelled is tried again with twice its memory, and Slurm does not answer for a while."""
+    environment, has_accounts = node
     local, cluster = (checkout(tmp_path / name) for name in ("local", "cluster"))
-    alone = start(local, "studies/short.yaml", "CORES=2")
-    first = start(cluster, "studies/short.yaml", "CLUSTER=slurm", environment=node)
-    wait_for(lambda: jobs(node, "RUNNING"), first)
-    os.killpg(first.pid, signal.SIGINT)
-    assert first.wait(SECONDS_TO_STOP) != 0
-    said = (cluster / "said").read_text()
-    assert "sacct does not answer: squeue is asked" in said and "No node has more than 2 cores" in said
-    assert "\nStopped. Finished results stay" in said and "Failed" not in said
-    assert jobs(node) == [] and not list((cluster / ".snakemake").glob("tmp.*"))
+    first = start(cluster, environment)
+    wait_for(lambda: jobs(environment, "RUNNING"), first)
+    first.terminate()
+    assert first.wait(SECONDS_TO_STOP) != 0 and jobs(environment) == []
+    assert "Stopped. Finished results stay" in said(cluster) and "Failed" not in said(cluster)
+    assert ("sacct does not answer: squeue is asked" in said(cluster)) == (not has_accounts)
 
-    second = start(cluster, "studies/short.yaml", "CLUSTER=slurm", environment=node)
-    wait_for(lambda: list(cluster.glob("results/short/tdp43/*/surface.npz")), second)
-    killed, memory, cores = wait_for(lambda: jobs(node, "RUNNING"), second)[0]
-    subprocess.run(["scancel", killed], env=node, check=True)
-    assert second.wait(MOST_SECONDS) == 0, (cluster / "said").read_text()
-    asked = [job[1:] for job in jobs(node, "all")]
-    assert [str(2 * int(memory.rstrip("M"))) + "M", cores] in asked  # it was tried again
-    assert alone.wait(MOST_SECONDS) == 0, (local / "said").read_text()
-    tables = files(cluster, ".csv")
-    assert tables == files(local, ".csv") and len(tables) > 20
+    second = start(cluster, environment)
+    killed, memory = wait_for(lambda: jobs(environment, "RUNNING"), second)[0]
+    if not has_accounts:
+        subprocess.run(["scancel", killed], env=environment, check=True)
+        with slurm_node.without_controller(environment):
+            time.sleep(15)
+    assert second.wait(MOST_SECONDS) == 0, said(cluster)
+    asked = [job[1] for job in jobs(environment, "all")]
+    assert has_accounts or str(2 * int(memory.rstrip("M"))) + "M" in asked
+    assert kills.run(kills.study("one", ROUGHNESS), local).returncode == 0
+    known, found = (kills.content(folder / "results" / "one" / "one") for folder in (local, cluster))
+    assert found == known
 
 
-def test_batches_on_slurm_give_the_bytes_of_a_local_run_though_its_controller_is_killed(
-    node, start, tmp_path
-):
-    pytest.importorskip("pyarrow", reason="pyarrow is installed by the extra `many`")
-    (structures := tmp_path / "structures").mkdir()
-    for k in range(4):
-        write(structures / f"p{k}.pdb", peptide(SEQUENCE[: 3 + k % 2], origin=(k, 0, 0)) + "END\n")
-    write(structures / "empty.pdb", "END\n")
-    config = {"run": "many", "sampling": False, "pages": [], "proteins": {"folder": str(structures)}}
-    (tmp_path / "many.yaml").write_text(yaml.safe_dump(config))
-    local, cluster = (checkout(tmp_path / name) for name in ("local", "cluster"))
-    alone = start(local, tmp_path / "many.yaml", "CORES=2")
-    shared = start(cluster, tmp_path / "many.yaml", "CLUSTER=slurm", environment=node)
-    wait_for(lambda: jobs(node, "RUNNING"), shared)
-    with slurm_node.without_controller(node):
-        wait_for(lambda: "Slurm has not answered for more than a minute" in said(cluster), shared)
-    for process, folder in ((alone, local), (shared, cluster)):
-        assert process.wait(MOST_SECONDS) == 0, (folder / "said").read_text()
-    assert "Slurm answers again.\nThe jobs that ran when" in said(cluster)
-    assert len(files(cluster, ".parquet")) == 5  # tables of a batch
-    for end in (".parquet", ".csv", "index.html"):
-        assert files(cluster, end) == files(local, end)
+def test_a_run_stops_at_a_job_that_slurm_will_never_start(node, start, tmp_path):
+    environment, _ = node
+    folder = checkout(tmp_path / "impossible")
+    process = start(folder, environment, "--default-resources", "slurm_partition=short", "runtime=60")
+    assert process.wait(MOST_SECONDS) != 0 and jobs(environment) == []
+    assert "Slurm will never start job" in said(folder) and "(PartitionTimeLimit)" in said(folder)
