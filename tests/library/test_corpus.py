@@ -1040,16 +1040,21 @@ def test_pseudoatoms_of_pymol_are_left_out_without_their_element(shared, tmp_pat
     )
 
 
-def test_a_table_that_excel_exports_is_read(shared, tmp_path, caplog):
+def test_a_table_that_excel_exports_is_read_unless_rows_have_more_cells_than_the_header(
+    shared, tmp_path, caplog
+):
     path = shared / "data" / "bad" / "sixth" / "excel_sep.csv"
     judge("400", lambda: [len(read_surface(path))], caplog, path.name)
     lines = path.read_text().splitlines()[1:]
-    for name, change in (
-        ("behind every row", [line + ",," for line in lines]), ("in rows", [lines[0], *(line + "," for line in lines[1:])]),
-        ("empty rows", [*lines, 5 * ",", 5 * ","]), ("semicolons in front", ["sep=;", *lines]),
-    ):  # fmt: skip
+    for change, expected in (
+        ([line + ",," for line in lines], "400"),
+        (["sep=;", *lines], "400"),
+        ([lines[0], *(line + "," for line in lines[1:])], "! more values than its header has names"),
+        ([*lines[:9], *(line + "," for line in lines[9:])], "! line 10 has 7 values, not 6"),
+        ([*lines, 5 * ","], "! line 402 has NaN or infinite coordinates"),
+    ):
         (tmp_path / "a.csv").write_text("\n".join(change) + "\n")
-        judge("400", lambda: [len(read_surface(tmp_path / "a.csv"))], caplog, name)
+        judge(expected, lambda: [len(read_surface(tmp_path / "a.csv"))], caplog, "a.csv")
 
 
 @pytest.mark.parametrize("name", ["charmm_octa.dcd", "scaled.lammpstrj"])

@@ -109,7 +109,6 @@ def _columns(
     text = decode_text(content)
     n_skipped = text[: _length_of_comments(text)].count("\n")
     text = text[_length_of_comments(text) :]
-    text = _without_empty_cells(text)
     table, header = _parse_table(text, n_skipped)
     table.columns = pd.Index([name.lower() for name in header])
     if list(table.columns).count("frame") == 1 and not {"x", "y", "z"} & {*table.columns}:
@@ -146,24 +145,6 @@ def _columns(
     if ends_within_a_row(text, lambda line: next(csv.reader([line], skipinitialspace=True), [""])):
         raise InputError(f"{FILE} is cut short: line {lines[-1]} is not complete; copy it again.")
     return values, fields, lines, table
-
-
-def _without_empty_cells(text: str) -> str:
-    """Return a table without the commas of empty cells behind its last column, and of empty rows at its end.
-
-    Spreadsheets write them where a cell was once filled.
-    """
-    if '"' in text or not re.search(r",[ \t,]*\n|,[ \t,]*$", text):
-        return text
-    header, *rows = text.split("\n")
-    n_commas = header.count(",")
-    while rows and not rows[-1].strip(" \t,"):
-        rows.pop()
-    for k, row in enumerate(rows):
-        cells = row.split(",")
-        if len(cells) - 1 > n_commas and not "".join(cells[n_commas + 1 :]).strip():
-            rows[k] = ",".join(cells[: n_commas + 1])
-    return "\n".join([header, *rows, ""] if text.endswith("\n") else [header, *rows])
 
 
 def _parse_table(text: str, n_skipped: int) -> tuple[pd.DataFrame, list[str]]:
