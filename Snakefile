@@ -375,6 +375,7 @@ rule tabulate_residues:
     resources:
         mem_mb=lambda wildcards, attempt: attempt * 1000,
     params:
+        surface=part_of("surface", "probe_radius", "radii", "cavities", "reentrant"),
         code=CODE["pages"],
     message:
         "Residues of {wildcards.protein}/{wildcards.conformation}"

@@ -61,7 +61,7 @@ from sparsurf.progress import Progress
 from sparsurf.settings import Settings
 from sparsurf.streams import Streams
 from sparsurf.suggestions import did_you_mean, public
-from sparsurf.surfaces.areas import areas_of_frame, contacts_of_frame
+from sparsurf.surfaces.areas import areas_of_rolled, contacts_of_rolled
 from sparsurf.surfaces.components import columns_of_components, summarize_components, without_cavities
 from sparsurf.surfaces.molecular_surface import RolledFrame
 from sparsurf.surfaces.radii import PROBE_RADIUS
@@ -438,7 +438,7 @@ def _contacts_of_frame(frame: FrameSurface, partners: Partners) -> np.ndarray:
     """Return residue, partner and the area that the partner buries of it, (m, 3), in one frame."""
     if len(partners.names) == 1:
         return np.zeros((0, 3))
-    atom, partner, buried = contacts_of_frame(frame.rolled, partners.number)
+    atom, partner, buried = contacts_of_rolled(frame.rolled.rolled, frame.rolled.kept, partners.number)
     pairs = np.column_stack([frame.molecule.residue_index[atom], partner])
     pairs, row = np.unique(pairs, axis=0, return_inverse=True)
     return np.column_stack([pairs, np.bincount(row.ravel(), buried, len(pairs))])
@@ -460,7 +460,11 @@ def residues_of_frame(
         computed = compute_fields(request.fields, molecule.frame(position), surface.points, dots=placed)
         values = {str(name): computed[name].to_numpy() for name in computed}
     table = residue_table(
-        replace(surface, fields=values), frame.prepared.roughness, molecule, cavity=frame.cavity
+        replace(surface, fields=values),
+        frame.prepared.roughness,
+        molecule,
+        cavity=frame.cavity,
+        areas=frame.areas_by_kind,
     )
     if "depth" in columns:
         table["depth"] = _depth(frame.rolled.surface(DENSITY), frame.rolled, molecule, xyz)
@@ -469,7 +473,8 @@ def residues_of_frame(
         # the probe rolls over one of several atoms in one place
         if len(frame.rolled.kept) < molecule.n_atoms:
             refuse_overlapping_partners(molecule, partners, xyz)
-        areas = areas_of_frame(frame.rolled, partners.number)
+        rolled = frame.rolled.rolled, frame.rolled.kept, frame.rolled.cavities
+        areas = areas_of_rolled(*rolled, partners.number)
         for name in ("accessible", "buried"):
             table[name] = np.bincount(molecule.residue_index, getattr(areas, name), len(table))
         table["relative"] = table["accessible"] / maximal_areas(table["residue_name"].to_numpy(str))

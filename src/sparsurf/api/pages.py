@@ -224,7 +224,7 @@ def _extent(surface: Surface, whole: WholeSurface | None, cavity: np.ndarray | N
     if whole.is_owned_by(surface):  # a coarse mesh has a smaller area than the surface that it stands for
         areas = whole.surface.area
         walls = float(areas[whole.cavity].sum())
-        return Extent(float(areas.sum()), walls, is_known=True, cavities_are_removed=is_removed)
+        return Extent(whole.surface.total_area, walls, is_known=True, cavities_are_removed=is_removed)
     return Extent(np.nan, selected_of=len(whole.surface))
 
 

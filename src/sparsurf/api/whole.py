@@ -100,8 +100,9 @@ class WholeSurface:
             return whole.assign(**{str(name): table[name] for name in table if name not in whole})
         has_dots = table["mean_roughness"].notna()
         taken = {name: whole[name].where(has_dots) for name in ("mean_roughness", "most_rough")}
-        if with_area:
-            taken |= {str(name): whole[name] for name in whole if str(name).startswith("area")}
+        is_complete = table["dots"] == whole["dots"]
+        for name in (str(name) for name in whole if str(name).startswith("area")):
+            taken[name] = whole[name] if with_area else whole[name].where(is_complete, table[name])
         return table.assign(**taken)
 
 

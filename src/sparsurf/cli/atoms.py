@@ -56,7 +56,7 @@ def run(args: argparse.Namespace) -> None:
     few = surface_atoms(source, **rules)
     write(few, args.output)
     if outputs.is_reported(args):
-        n_touched, area = int(few.touched.sum()), float(surface_of_atoms(few).area.sum())
+        n_touched, area = int(few.touched.sum()), surface_of_atoms(few).total_area
         message = f"{len(few):,} of {len(few.spheres.radii):,} atoms ({len(few) / area:.3f} per Å^2): {n_touched:,} that the "
         message += f"probe touches, and {len(few) - n_touched:,} plugs. "
         equal = "The surface is the same as that of all atoms."

@@ -109,7 +109,7 @@ def _of_spheres(args: argparse.Namespace) -> writing.DotsToWrite:
     component = dots.known_components("components")
     parts = summarize_components(columns_of_components(dots, component))
     table = {"area": dots.area, "kind": dots.kind, COMPONENT_FIELD: component, "atom": dots.atom}
-    message = f"{len(dots):,} dots, {dots.area.sum():,.0f} Å^2, {_words(parts)}"
+    message = f"{len(dots):,} dots, {dots.total_area:,.0f} Å^2, {_words(parts)}"
     dots = options.with_fields_of_spheres(dots, names)
     return writing.DotsToWrite(dots, table, message=message, about=options.about(args))
 
@@ -130,14 +130,15 @@ def _dots(args: argparse.Namespace, molecule: Molecule) -> writing.DotsToWrite:
     parts = summarize_components(columns_of_components(bare, component))
     table = {"area": dots.area, "kind": dots.kind, COMPONENT_FIELD: component}
     table |= molecule.label_columns(dots.atom)
-    message = f"{len(dots):,} dots, {dots.area.sum():,.0f} Å^2, {_words(parts)}"
+    message = f"{len(dots):,} dots, {dots.total_area:,.0f} Å^2, {_words(parts)}"
     about = options.about(args)
     if args.residues is not None:
         chosen = options.dots_of_residues(args, dots, molecule)
         dots, table = dots.take(chosen), {name: column[chosen] for name, column in table.items()}
-        message = (
-            f"{len(dots):,} of {len(bare):,} dots, {dots.area.sum():,.0f} Å^2 of {bare.area.sum():,.0f} Å^2"
-        )
+        areas = bare.exact_areas
+        assert areas is not None
+        area = areas[options.requested_atoms(args, molecule)].sum()
+        message = f"{len(dots):,} of {len(bare):,} dots, {area:,.0f} Å^2 of {bare.total_area:,.0f} Å^2"
     return writing.DotsToWrite(dots, table, None, molecule, args.frame or 0, message=message, about=about)
 
 

@@ -51,6 +51,11 @@ class FrameSurface:
         """Whether each dot lies on the wall of a cavity, (N,) bool."""
         return on_cavities(self.surface, self.component)
 
+    @cached_property
+    def areas_by_kind(self) -> np.ndarray | None:
+        """Exact areas of the atoms by kind, (A, 3), Å^2; None for dots that are placed as DMS places them."""
+        return self.rolled.areas_by_kind(self.molecule.n_atoms) if self.rolled.rolled.exact else None
+
     @property
     def columns(self) -> dict[str, float]:
         """The columns that the tables of frames begin with."""
@@ -58,7 +63,9 @@ class FrameSurface:
             "frame": int(self.molecule.frame_number[self.position]),
             "time_ps": float(self.molecule.time_ps[self.position]),
             "N": len(self.surface),
-            "area": float(self.surface.area.sum()),
+            "area": float(
+                self.surface.area.sum() if self.areas_by_kind is None else self.areas_by_kind.sum()
+            ),
             "mean_roughness": float(self.prepared.roughness.mean()),
         }
 

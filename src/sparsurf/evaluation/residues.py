@@ -20,6 +20,7 @@ def residue_table(
     weight: np.ndarray | Sequence[int] = (),
     component: np.ndarray | None = None,
     cavity: np.ndarray | None = None,
+    areas: np.ndarray | None = None,
 ) -> pd.DataFrame:
     """Tabulate the surface by residue, in the order of the structure.
 
@@ -27,13 +28,22 @@ def residue_table(
 
     `kept` (n,) are the dots of a subset and `weight` (n,) the number that each represents. A closed cavity has a low R_i since
     its wall turns around the probe, not because it is rough: where the `component` (N,) of each dot is known, dots on walls
-    of cavities are left out of the roughness. `cavity` (N,) bool says so of dots that are a part of a surface.
+    of cavities are left out of the roughness. `cavity` (N,) bool says so of dots that are a part of a surface. `areas` (A, 3) are
+    the exact areas of the atoms by kind, by default those of dots that carry them; without them, areas are sums over dots.
     """
     table = molecule.residues
     n, residue = len(table), molecule.residue_index[surface.atom]
-    table["area"] = np.bincount(residue, surface.area, n)
-    for name, kind in KIND_NUMBERS.items():
-        table[f"area_{name}"] = np.bincount(residue, surface.area * (surface.kind == kind), n)
+    areas = surface.exact_areas if areas is None else areas
+    if areas is None:
+        by_kind = [
+            np.bincount(residue, surface.area * (surface.kind == kind), n) for kind in KIND_NUMBERS.values()
+        ]
+        table["area"] = np.bincount(residue, surface.area, n)
+    else:
+        by_kind = [np.bincount(molecule.residue_index, of_kind, n) for of_kind in areas.T]
+        table["area"] = np.sum(by_kind, axis=0)
+    for name, values in zip(KIND_NUMBERS, by_kind, strict=True):
+        table[f"area_{name}"] = values
     if cavity is None:
         cavity = np.zeros(len(surface), bool) if component is None else on_cavities(surface, component)
     outside = np.where(cavity, np.nan, roughness)

@@ -16,13 +16,15 @@ theta, a concave triangle by nearest centre. Lengths in Å, areas in Å^2, angle
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from sparsurf.arguments import Cavities
 from sparsurf.kernels import njit
 from sparsurf.surfaces.components import enclosed_centres
 from sparsurf.surfaces.dot_placement import (
+    RolledProbe,
     at_least_one_probe,
     band_area,
     bands,
@@ -63,9 +65,6 @@ from sparsurf.surfaces.vectors import (
     vector_at,
 )
 
-if TYPE_CHECKING:
-    from sparsurf.surfaces.molecular_surface import RolledFrame
-
 POLE = (0.36, 0.48, 0.8)  # of the cones, a unit vector in no special direction
 LONGEST_PIECE = 2.0  # rad, of an arc under one cone; the ends of a longer one may lie opposite to each other
 NO_SOLID_ANGLE = 1e-6  # sr; below it, one direction decides whether a sphere is covered or free
@@ -89,19 +88,37 @@ def areas_of_spheres(
     rolling = roll(np.add(*relative_positions(xyz)), radii + probe)
     areas = _areas_of_rolling(rolling, kept, chain)
     if with_excluded:
-        areas.excluded[kept] = _excluded_areas(rolling, areas.accessible[kept], probe)
+        everywhere = no_enclosed_centres(rolling)
+        by_kind = _areas_by_kind(rolling, areas.accessible[kept], probe, everywhere)
+        areas.excluded[kept] = by_kind.sum(axis=1)
     return areas
 
 
-def areas_of_frame(frame: RolledFrame, chain: np.ndarray) -> AtomAreas:
+def areas_of_rolled(
+    rolled: RolledProbe, atom: np.ndarray, cavities: Cavities, chain: np.ndarray
+) -> AtomAreas:
     """Compute the areas of atoms of the chains `chain` (A,) on a probe that is rolled already, without the excluded ones.
 
-    Where walls of cavities are removed, they are no part of the accessible area.
+    `atom` (K,) are the numbers of the atoms over which the probe was rolled. Where walls of cavities are removed, they are no
+    part of the accessible area.
     """
-    rolling, atom = frame.rolled.rolling, frame.kept[frame.rolled.by_position]
+    rolling, atom = rolled.rolling, atom[rolled.by_position]
     areas = _areas_of_rolling(rolling, atom, chain)
-    if frame.cavities == "remove":
+    if cavities == "remove":
         areas.accessible[atom] = accessible_areas(rolling, enclosed_centres(rolling))
+    return areas
+
+
+def areas_by_kind(rolled: RolledProbe, atom: np.ndarray, cavities: Cavities, n_atoms: int) -> np.ndarray:
+    """Compute the contact, saddle and concave area of each atom, (A, 3), Å^2, of the surface on which dots are placed.
+
+    The columns are in the order of the kinds of dots, and an area belongs to the atom to which dots at its place belong. `atom`
+    (K,) are the numbers of the atoms over which the probe was rolled.
+    """
+    rolling, areas = rolled.rolling, np.zeros((n_atoms, 3))
+    enclosed = enclosed_centres(rolling) if cavities == "remove" else no_enclosed_centres(rolling)
+    accessible = accessible_areas(rolling, enclosed)
+    areas[atom[rolled.by_position]] = _areas_by_kind(rolling, accessible, rolled.probe, enclosed)
     return areas
 
 
@@ -132,24 +149,26 @@ def _buried_areas(rolling: Rolling, accessible: np.ndarray, chain: np.ndarray) -
 def contacts_of_spheres(
     xyz: np.ndarray, radii: np.ndarray, probe: float, chain: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Compute what partners `chain` (A,) int bury of each other: see `contacts_of_frame`."""
+    """Compute what partners `chain` (A,) int bury of each other: see `contacts_of_rolled`."""
     xyz, radii, kept = checked_spheres(xyz, radii, probe)
     return _contacts(roll(np.add(*relative_positions(xyz)), radii + probe), kept, chain)
 
 
-def contacts_of_frame(frame: RolledFrame, chain: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def contacts_of_rolled(
+    rolled: RolledProbe, atom: np.ndarray, chain: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Compute the accessible area of each atom that each partner buries where only the two are present.
 
     Return atoms (n,), partners (n,) and areas (n,), Å^2, ordered by atoms and partners; `chain` (A,) int is the partner of each
-    atom.
+    atom, and `atom` (K,) are the numbers of the atoms over which the probe was rolled.
     """
-    return _contacts(frame.rolled.rolling, frame.kept[frame.rolled.by_position], chain)
+    return _contacts(rolled.rolling, atom[rolled.by_position], chain)
 
 
 def _contacts(
     rolling: Rolling, atom: np.ndarray, chain: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Compute the areas of `contacts_of_frame` for atoms of the partners `chain` (A,), of which `atom` (K,) were rolled over."""
+    """Compute the areas of `contacts_of_rolled` for atoms of the partners `chain` (A,), of which `atom` (K,) were rolled over."""
     atoms, partner = rolling.atoms, chain[atom]
     first = np.repeat(np.arange(len(partner)), np.diff(atoms.start))
     ends = np.column_stack([partner[first], partner[atoms.near]])
@@ -192,12 +211,16 @@ def accessible_areas(rolling: Rolling, enclosed: EnclosedCentres) -> np.ndarray:
     return rolling.atoms.reach**2 * solid
 
 
-def _excluded_areas(rolling: Rolling, accessible: np.ndarray, probe: float) -> np.ndarray:
-    """Compute the excluded area of each atom, (A,) Å^2, from its accessible area."""
-    excluded = accessible * (1 - probe / rolling.atoms.reach) ** 2
-    _add_saddles(rolling, probe, excluded)
-    _add_concave(rolling, sort_into_cells(at_least_one_probe(rolling.probes), 2 * probe), probe, excluded)
-    return excluded
+def _areas_by_kind(
+    rolling: Rolling, accessible: np.ndarray, probe: float, left_out: EnclosedCentres
+) -> np.ndarray:
+    """Compute the contact, saddle and concave area of each atom, (A, 3) Å^2, from its accessible area."""
+    contact, saddle, concave = np.zeros((3, len(accessible)))
+    contact += accessible * (1 - probe / rolling.atoms.reach) ** 2
+    _add_saddles(rolling, left_out.arcs, probe, saddle)
+    cells = sort_into_cells(at_least_one_probe(rolling.probes), 2 * probe)
+    _add_concave(rolling, left_out.probes, cells, probe, concave)
+    return np.stack([contact, saddle, concave], axis=1)
 
 
 @njit(cache=True, nogil=True)
@@ -257,9 +280,11 @@ def _resolve(rolling: Rolling, solid: np.ndarray) -> None:
 
 
 @njit(cache=True, nogil=True)
-def _add_saddles(rolling: Rolling, probe: float, area: np.ndarray) -> None:
-    """Add the area of the saddle along each arc to its two atoms."""
+def _add_saddles(rolling: Rolling, left_out: np.ndarray, probe: float, area: np.ndarray) -> None:
+    """Add the area of the saddle along each arc except some (B,) to its two atoms."""
     for b in range(len(rolling.arcs)):
+        if left_out[b]:
+            continue
         arc = rolling.arcs[b]
         radius, turn = arc[ARC_RADIUS], arc[PHI_1] - arc[PHI_0]
         halfway = (arc[THETA_I] + arc[THETA_J]) / 2
@@ -279,11 +304,18 @@ def _write_cap(caps: np.ndarray, row: int, axis: Vector, height: float) -> None:
 
 
 @njit(cache=True, nogil=True)
-def _add_concave(rolling: Rolling, cells: Cells, probe: float, area: np.ndarray) -> None:
-    """Add the area of the triangle of each fixed probe, without its parts inside of other probes, to its three atoms."""
+def _add_concave(
+    rolling: Rolling, left_out: np.ndarray, cells: Cells, probe: float, area: np.ndarray
+) -> None:
+    """Add the area of the triangle of each fixed probe except some (P,) to its three atoms.
+
+    Its parts inside of other probes are no part of it.
+    """
     centre, reach = rolling.atoms.centre, rolling.atoms.reach
     caps = np.empty((64, 4))
     for q in range(len(rolling.probes)):
+        if left_out[q]:
+            continue
         apex = point(rolling.probes, q)
         i, j, k = rolling.triple[q, 0], rolling.triple[q, 1], rolling.triple[q, 2]
         to_i, to_j, to_k = (

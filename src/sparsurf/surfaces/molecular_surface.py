@@ -13,6 +13,7 @@ import numpy as np
 
 from sparsurf.arguments import Auto, Cavities, Reentrant
 from sparsurf.errors import InputError, argument
+from sparsurf.surfaces.areas import areas_by_kind
 from sparsurf.surfaces.components import components_of_rolled, without_cavities
 from sparsurf.surfaces.dot_placement import (
     LATTICE,
@@ -119,6 +120,10 @@ class RolledFrame:
     def components(self, surface: Surface) -> np.ndarray:
         """Return the component of every dot of a surface that was placed here; see `components.components_of`."""
         return components_of_rolled(surface, self.rolled, self.kept)
+
+    def areas_by_kind(self, n_atoms: int) -> np.ndarray:
+        """Return the exact contact, saddle and concave area of each atom of the molecule, (A, 3), Å^2."""
+        return areas_by_kind(self.rolled, self.kept, self.cavities, n_atoms)
 
     def surface_for_d_link(
         self, density: float | Auto, d_link: float, name: str, published: Surface | None = None

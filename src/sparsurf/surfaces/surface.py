@@ -7,6 +7,7 @@ import math
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
@@ -144,6 +145,11 @@ class SurfaceOrigin:
     def components(self, surface: Surface) -> np.ndarray:
         """Return the component of each dot, (N,) int, of the Surface of all dots."""
         return _not_placed() if self.rolled is None else self.rolled.components(surface)
+
+    @cached_property
+    def areas_by_kind(self) -> np.ndarray:
+        """Contact, saddle and concave area of each atom, (A, 3), Å^2, of all dots of a placement."""
+        return _not_placed() if self.rolled is None else self.rolled.areas_by_kind(len(self.xyz))
 
     @property
     def table(self) -> str | None:
@@ -332,6 +338,21 @@ class Surface(Shown):
     def molecule(self) -> Molecule | None:
         """The molecule that the dots were placed on, if it is known."""
         return self.origin.molecule if self.origin else None
+
+    @property
+    def exact_areas(self) -> np.ndarray | None:
+        """Contact, saddle and concave area of each atom, (A, 3), Å^2; None unless these are all dots of a placement.
+
+        Dots that are placed as DMS places them have no exact areas.
+        """
+        return (
+            None if self.placed is None or self.placed.rules.reentrant == "dms" else self.placed.areas_by_kind
+        )
+
+    @property
+    def total_area(self) -> float:
+        """Area of the surface, Å^2: exact for all dots of a placement, otherwise the sum over the dots."""
+        return float(self.area.sum() if self.exact_areas is None else self.exact_areas.sum())
 
     def known_molecule(self, function: str) -> Molecule:
         """Return the molecule of the dots; raise InputError, in the name of a function, if they carry none."""

@@ -57,7 +57,7 @@ def analyse_structure(structure: Structure, settings: Settings, seed: int) -> di
         "residues": molecule.n_residues,
         "masked_residues": molecule.masked_residues,
         "N": len(dots),
-        "area": float(dots.area.sum()),
+        "area": dots.total_area,
         **summarize_components(table_of_components(dots, component)),
         "spacing": spacing(dots.points),
         "mean_roughness": float(found.roughness.mean()),

@@ -80,7 +80,7 @@ def test_the_picture_of_a_large_surface_has_fewer_dots_and_its_residues_the_same
     assert [row[:4] for row in rows] == [row[:4] for row in of_whole]
     assert large.find("svg")[0].text == whole.find("svg")[0].text
     assert sorted(large.alternatives) == sorted(whole.alternatives)
-    area = f"The surface has an area of {dots.area.sum():,.0f}"
+    area = f"The surface has an area of {dots.total_area:,.0f}"
     assert area in large.text.replace("\xa0", " ") and area in whole.text.replace("\xa0", " ")
     few, full = (
         [float(row[k].replace("−", "-")) for row in each[1:] for k in range(4, len(row))]
@@ -145,7 +145,7 @@ def test_the_numbers_of_the_page_are_those_of_the_surface_and_its_fields(molecul
         wanted = [f"{x:z.2f}".replace("-", "−") for x in (numbers.min(), numbers.mean(), numbers.max())]
         assert rows.pop(name) == wanted
     assert not rows  # the number of a component is no amount
-    assert f"an area of {dots.area.sum():,.0f} Å²" in page.text
+    assert f"an area of {dots.total_area:,.0f} Å²" in page.text
     header = header_of(html)
     assert [scale["symbol"] for scale in header["corners"]] == ["R_i", "hydropathy", "potential", "component"]
     assert not page.sources and not [
@@ -655,7 +655,7 @@ def test_every_way_to_a_page_tells_the_same_area_and_the_same_roughest_residue(t
     table, subset = sparsurf.residues(dots), sparsurf.minimal(dots, percent=5)
     exposed = table[table["mean_roughness"].notna()]
     rough = " ".join(exposed.sort_values("mean_roughness").iloc[0][["residue_name", "residue"]])
-    area, walls = f"{dots.area.sum():,.0f} Å²", "40 Å² are walls of cavities"
+    area, walls = f"{dots.total_area:,.0f} Å²", "40 Å² are walls of cavities"
     show = lambda source: sentence(sparsurf.show(source, open_browser=False).html)  # noqa: E731
 
     def written(result, suffix):
@@ -676,14 +676,14 @@ def test_every_way_to_a_page_tells_the_same_area_and_the_same_roughest_residue(t
     whole += [text(of_command("show", str(path), "--no-open"))]
     for found in whole:
         assert f"The surface has an area of {area}" in found and walls in found and rough in found, found
-    outside = f"{dots.area.sum() - 40:,.0f} Å² without the walls of cavities"
+    outside = f"{dots.total_area - 40:,.0f} Å² without the walls of cavities"
     for found in (show(sparsurf.mesh(path)), show(sparsurf.points(path, 150))):
         assert outside in found and rough in found, found
     suffixes = (".npz", ".csv", ".ply", ".csv.gz")
     files = [written(result, suffix) for result in (dots, subset) for suffix in suffixes]
     for file in files:
         of_file = show(file)
-        assert f"dots stand for an area of {area}" in of_file, of_file
+        assert f"dots stand for an area of {dots.area.sum():,.0f} Å²" in of_file, of_file
     for found in (show(dots[subset.dots]), text(written(dots[subset.dots], ".html"))):
         assert f"a selection of {len(subset):,} of {len(dots):,} dots" in found, found
         assert "area" not in found and "roughest" not in found  # less than 20 Å^2 of each residue is selected

@@ -395,7 +395,8 @@ def test_residues_are_reported_as_they_lie_in_the_whole_molecule(folder, tmp_pat
     assert of["surface"]["kind"].tolist() == dots.kind[inside].tolist()
     table = pd.read_csv(tmp_path / "residues.csv")
     assert table["residue"].tolist() == [211, 212] and table["dots"].sum() == len(inside)
-    assert np.isclose(table["area"].sum(), dots.area[inside].sum())
+    exact = sparsurf.areas(path).residues.set_index("residue").loc[table["residue"].astype(str), "excluded"]
+    assert table["area"].to_numpy() == pytest.approx(exact.to_numpy(), abs=1e-4)
     assert ended("surface", path, "--selection", "residue 211 to 212", "-o", tmp_path / "cut.csv") == 0
     assert len(pd.read_csv(tmp_path / "cut.csv")) > 1.2 * len(inside)
 
@@ -432,6 +433,9 @@ def test_each_command_reports_what_it_wrote(folder, tmp_path, monkeypatch, capfd
     monkeypatch.chdir(folder)
     dots, few = sparsurf.surface("protein.pdb"), sparsurf.read_surface("minimal.csv")
     part = dots[np.isin(dots.to_frame()["residue"], ["211", "212"])]
+    of_part = (
+        sparsurf.areas(dots.molecule).residues.set_index("residue").loc[["211", "212"], "excluded"].sum()
+    )
     mesh, recovered = sparsurf.mesh("protein.pdb"), sparsurf.mesh("minimal.csv")
     smallest, interpolated = (
         sparsurf.minimal(dots),
@@ -446,13 +450,13 @@ def test_each_command_reports_what_it_wrote(folder, tmp_path, monkeypatch, capfd
         return number(n / dots.area.sum())
 
     words = {
-        "surface protein.pdb": f"{len(dots):,} dots, {dots.area.sum():,.0f} Å^2, {volume:,.0f} Å^3, 1 component",
-        "surface protein.pdb --residues 211-212": f"{len(part):,} of {len(dots):,} dots, {part.area.sum():,.0f} Å^2 of "
-        f"{dots.area.sum():,.0f} Å^2",
+        "surface protein.pdb": f"{len(dots):,} dots, {dots.total_area:,.0f} Å^2, {volume:,.0f} Å^3, 1 component",
+        "surface protein.pdb --residues 211-212": f"{len(part):,} of {len(dots):,} dots, {of_part:,.0f} Å^2 of "
+        f"{dots.total_area:,.0f} Å^2",
         "surface protein.pdb --mesh": f"{len(mesh.triangles):,} triangles, {mesh.volume:,.0f} Å^3",
         "roughness protein.pdb": f"{len(dots):,} dots, mean roughness {sparsurf.roughness(dots).mean():.3f}",
-        "residues protein.pdb": f"8 residues, {dots.area.sum():,.0f} Å^2",
-        "residues protein.pdb --residues 211-212": f"2 residues, {part.area.sum():,.0f} Å^2",
+        "residues protein.pdb": f"8 residues, {dots.total_area:,.0f} Å^2",
+        "residues protein.pdb --residues 211-212": f"2 residues, {of_part:,.0f} Å^2",
         "descriptors protein.pdb --every 500": f"{-(-len(dots) // 500)} patches",
         "recover minimal.csv": f"{len(dense):,} dots from {len(few):,}; {100 * share:.0f} % of these lie on spheres of "
         "inferred atoms",
