@@ -7,6 +7,7 @@
 # `attempt`: on a cluster, a job that was ended for want of either is started again. A `localrule` takes seconds, less than it would
 # wait in the queue of a cluster.
 
+import os
 import sys
 from pathlib import Path
 
@@ -14,12 +15,14 @@ from snakemake.utils import min_version
 
 min_version("9.0")
 
-HOME = Path(workflow.current_basedir)
-sys.path.insert(0, str(HOME / "src"))
+# A clone runs its own code. Loaded from a hosted repository, the rules run the installed package, of the same version.
+HOME = Path(workflow.current_basedir) if isinstance(workflow.current_basedir, os.PathLike) else None
+if HOME:
+    sys.path.insert(0, str(HOME / "src"))
 
 import sparsurf
 
-if not Path(sparsurf.__file__).resolve().is_relative_to((HOME / "src").resolve()):
+if HOME and not Path(sparsurf.__file__).resolve().is_relative_to((HOME / "src").resolve()):
     # an installed one, which the logger plugin has imported: rules, study and library must be of one version
     for name in [name for name in sys.modules if name.partition(".")[0] in ("sparsurf", "sparsurf_study")]:
         del sys.modules[name]

@@ -28,7 +28,7 @@ let_jobs_import_packages()
 PREFIX = workflow.modifier.path_modifier.prefix or ""  # of a workflow that imports this one, for its paths
 HERE = workflow.is_main_process and workflow.resource_settings.nodes is None  # jobs do not run on a cluster
 try:
-    config = check_config(config, workflow.configfiles, HOME, HERE)
+    config = check_config(config, workflow.configfiles, HOME or Path(), HERE)
 except ValueError as error:
     raise SystemExit(f"\n{error}\n") from None  # a traceback of Snakemake would hide the sentence
 if PREFIX:  # Snakemake also puts it before inputs, but the files of the user lie where the config says
@@ -85,7 +85,7 @@ def in_report(path):
     listed = catalogue.output_of(path.removeprefix("results/{run}/"))
     return report(
         path,
-        caption=HOME / "src/sparsurf_study/report/captions" / catalogue.caption_file(listed),
+        caption=str(Path(catalogue.__file__).parent / "report/captions" / catalogue.caption_file(listed)),
         category=catalogue.with_wildcards(listed.category or "<protein>"),
         subcategory="{conformation}" if "{conformation}" in path else None,
         labels={"result": catalogue.with_wildcards(listed.title)},
@@ -129,7 +129,7 @@ def begin_run():
         guard_slurm()
     for name, state in CHANGED:
         print(f"{RUN / name} is {state}: it is computed again.", file=sys.stderr, flush=True)
-    path_to_config = Path(*workflow.configfiles[:1] or [HOME / "config.yaml"]).resolve()
+    path_to_config = Path(*workflow.configfiles[:1] or [(HOME or Path()) / "config.yaml"]).resolve()
     try:
         shutil.rmtree(RUN / ".ledger", ignore_errors=True)  # records of version 5
         if replaced := note_config(RUN, path_to_config):
