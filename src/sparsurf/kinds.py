@@ -161,7 +161,8 @@ TABLE: dict[str, dict[str, Choice]] = {
         "potential": Choice(
             "sparsurf.dot_fields.registry:potential", "electrostatic potential",
             "The screened Coulomb potential.", "kT/e", ATOMS),
-        "bfactor": Choice("sparsurf.dot_fields.registry:bfactor", "B factor", "The mean B factor of nearby atoms.", "Å^2", ATOMS),
+        "bfactor": Choice(
+            "sparsurf.dot_fields.registry:bfactor", "B factor", "The B factor of the atom that a dot belongs to.", "Å^2", ATOMS),
         "mean_curvature": Choice(
             "sparsurf.dot_fields.registry:mean_curvature", "mean curvature",
             "The mean of the two principal curvatures, positive where the surface is convex.", "1/Å", ORIGIN, takes_dots=True),
@@ -174,6 +175,14 @@ TABLE: dict[str, dict[str, Choice]] = {
         "depth": Choice(
             "sparsurf.dot_fields.registry:depth_of_dots", "depth of the residue",
             "The mean distance of the atoms of a dot's residue from the surface.", "Å", ORIGIN, takes_dots=True),
+        "burial": Choice(
+            "sparsurf.dot_fields.burial:burial", "depth below the surface of all groups",
+            "How deep a dot of the first group lies below the surface of all groups together, 0 where it stays on it.", "Å",
+            ORIGIN, takes_dots=True),
+        "enclosure": Choice(
+            "sparsurf.dot_fields.burial:enclosure", "depth below a probe of 5 Å",
+            "How deep a dot lies below the surface that a probe of 5 Å touches, 0 where this probe touches the dot.", "Å",
+            ORIGIN, takes_dots=True),
         "hbond": Choice(
             "sparsurf.dot_fields.registry:hbond", "hydrogen-bond donor (1) or acceptor (−1)",
             "Whether the atom of a dot donates hydrogen bonds (1), accepts them (-1), or neither (0).", "", ATOMS,

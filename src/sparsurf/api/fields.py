@@ -59,6 +59,7 @@ def fields(
     frame: int = 0,
     charges: str | Path = "table",
     table: str | Path | None = None,
+    smooth: float | None = None,
 ) -> pd.DataFrame:
     """Compute fields, such as the electrostatic potential, at the dots of a surface.
 
@@ -74,17 +75,23 @@ def fields(
 
         {choices of field}
 
-        Hydropathy and B factors are averaged over 2.5 Å. The curvatures are those of the sphere or torus that a dot of
-        `surface` or `points` lies on, and exact. An atom that both donates and accepts hydrogen bonds has (donated - accepted)
-        / (donated + accepted) of them, by the names of residue and atom; no hydrogens are needed. This is no energy and has
-        no direction, and it does not say whether a bond is formed.
+        Hydropathy is averaged over 2.5 Å. What a file or a table says of an atom, such as its B factor, belongs to the dots of
+        that atom: where it has no value, the nearest atom of its residue that has one counts, and dots whose atom is unknown
+        belong to the atom whose centre is nearest. `burial` needs `groups` of `surface` or `points`. The curvatures are those of
+        the sphere or torus that a dot of `surface` or `points` lies on, and exact. An atom that both donates and accepts hydrogen
+        bonds has (donated - accepted) / (donated + accepted) of them, by the names of residue and atom; no hydrogens are needed.
+        This is no energy and has no direction, and it does not say whether a bond is formed.
     frame : int
         Position of the frame, from 0.
     charges : str
         Of the potential: 'table' (PARSE; hydrogens that a structure lacks are built), 'pdb2pqr', which must be
         installed, or the path of a PQR file.
     table : path, optional
-        CSV with a value for each residue or atom in columns residue, chain, atom and those of `names`.
+        CSV with a value for each residue or atom in columns residue, chain, atom and those of `names`. A scale of residues, such
+        as that of Wimley and White, has the column residue_name in place of residue.
+    smooth : float, optional
+        Width, Å, of the Gaussian over which B factors and columns of `table` are averaged (default: not averaged). The column is
+        then called bfactor_smooth.
 
     Returns
     -------
@@ -125,7 +132,7 @@ def fields(
     names = field_names(names, "names")
     if not names:
         raise InputError(f"{argument('names')}: there are no fields; give at least one, such as 'potential'.")
-    return compute_fields(names, atoms.frame(frame), surface.points, charges, table, surface)
+    return compute_fields(names, atoms.frame(frame), surface.points, charges, table, surface, smooth)
 
 
 def _are_names(value: Any) -> bool:

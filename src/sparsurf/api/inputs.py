@@ -27,7 +27,7 @@ from sparsurf.molecules.libraries import (
 )
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.read_molecule import molecule_of_files
-from sparsurf.molecules.selection import Groups
+from sparsurf.molecules.selection import Groups, groups_of_atoms
 from sparsurf.molecules.source import Source, open_source
 from sparsurf.surfaces.chosen_points import Points
 from sparsurf.surfaces.plausibility import check_plausibility
@@ -207,6 +207,18 @@ def as_spheres(source: Any, frame: int, table: str) -> tuple[Any, int, np.ndarra
     molecule = as_molecule(source)
     check_frame(molecule, frame, "the molecule")
     return molecule, frame, radii(molecule, table)
+
+
+def first_group(
+    source: Any, frame: int, groups: Groups, table: str
+) -> tuple[Molecule, tuple[np.ndarray, np.ndarray]]:
+    """Return the molecule of the first group, and the centres and radii of the atoms of the others in a frame."""
+    if is_pair(source) or is_file_of_spheres(source):
+        raise InputError(f"{argument('groups')}: spheres have no chains; give a structure.")
+    molecule = as_molecule(source, groups)
+    check_frame(molecule, frame, "the molecule")
+    number, xyz = groups_of_atoms(molecule, groups).number, molecule.xyz[frame].round(3)
+    return molecule.take(number == 0), (xyz[number > 0], radii(molecule, table)[number > 0])
 
 
 def is_subset(source: Any) -> TypeGuard[Subset]:

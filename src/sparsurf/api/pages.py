@@ -243,7 +243,9 @@ def with_default_fields(surface: Surface, molecule: Molecule | None) -> tuple[Su
     fields = dict(surface.fields)
     for name in DEFAULT_FIELDS:
         try:
-            table = compute_fields((name,), molecule.frame(surface.origin.frame), surface.points)
+            table = compute_fields(
+                (name,), molecule.frame(surface.origin.frame), surface.points, dots=surface
+            )
         except InputError:
             missing.append(name)
         else:

@@ -7,6 +7,7 @@ import logging
 import os
 import pickle
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
@@ -14,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, cast
 import numpy as np
 
 from sparsurf.api.field_values import check_fields, with_fields
-from sparsurf.api.inputs import MoleculeLike, as_spheres
+from sparsurf.api.inputs import MoleculeLike, as_spheres, first_group
 from sparsurf.api.parts import digest_of_arguments, forget_other_parts, part_file, write_part
 from sparsurf.api.surfaces import placement
 from sparsurf.arguments import DENSITY_LIMITS, NUMBER_OF_DOTS, PROBE, SEED, Cavities, Limits, RadiiTable
@@ -23,6 +24,7 @@ from sparsurf.files import as_path, checksum_of_file, import_pyarrow, pluralise,
 from sparsurf.messages import kind_of_warning, listening
 from sparsurf.molecules.formats import STRUCTURES, stem, suffix, title
 from sparsurf.molecules.molecule import Molecule
+from sparsurf.molecules.selection import Groups
 from sparsurf.patches.index import D_LINK, build_grid
 from sparsurf.progress import Progress, progress_bar
 from sparsurf.sampling.farthest_point import farthest_points
@@ -75,6 +77,7 @@ def points(
     probe_radius: float = PROBE_RADIUS,
     radii: RadiiTable = "dms",
     cavities: Cavities = "remove",
+    groups: Groups | None = None,
 ) -> Points:
     """Choose points with normals on the solvent-excluded surface of a molecule, as far from one another as possible.
 
@@ -102,6 +105,9 @@ def points(
         Table of atomic radii (default 'dms').
     cavities : {'remove', 'keep'}
         Whether closed cavities inside the molecule are left without points (default 'remove').
+    groups : str or sequence, optional
+        Groups of partners, as in `areas`: the points lie on the surface of the first group alone, and the field 'burial' says
+        how deep they lie below the surface of all groups (default None, all atoms).
 
     Returns
     -------
@@ -132,7 +138,7 @@ def points(
     ['area', 'kind', 'chain', 'residue', 'residue_name', 'atom_name', 'atom', 'roughness', 'hydropathy']
     """
     request = _checked(n_dots, density, fields, seed, probe_radius, radii, cavities)
-    return _chosen(molecule, frame, request, available_cores())
+    return _chosen(molecule, frame, request, available_cores(), groups)
 
 
 def _checked(
@@ -155,9 +161,13 @@ def _checked(
     return PointsRequest(n_dots, density, SEED.check(seed, "seed"), rules, check_fields(fields, "points"))
 
 
-def _chosen(molecule: Any, frame: int, request: PointsRequest, threads: int) -> Points:
-    """Choose points of one molecule."""
-    rules = request.rules
+def _chosen(
+    molecule: Any, frame: int, request: PointsRequest, threads: int, groups: Groups | None = None
+) -> Points:
+    """Choose points of one molecule, or of the first of some groups."""
+    rules, partner = request.rules, None
+    if groups is not None:
+        molecule, partner = first_group(molecule, frame, groups, rules.radii)
     atoms, frame, atom_radii = as_spheres(molecule, frame, rules.radii)
     xyz = atoms.xyz[frame].round(3)
     rolled = roll_spheres(xyz, atom_radii, rules.probe_radius, cavities=rules.cavities)
@@ -167,6 +177,7 @@ def _chosen(molecule: Any, frame: int, request: PointsRequest, threads: int) -> 
     origin = SurfaceOrigin.of_atoms(
         atoms if isinstance(atoms, Molecule) else None, frame, xyz, rules, D_LINK, atom_radii
     )
+    origin = replace(origin, partner=partner)
     few = Surface(
         dots.points[chosen].astype(np.float32),
         dots.normals[chosen].astype(np.float32),

@@ -18,6 +18,7 @@ from sparsurf.api.inputs import (
     as_molecule,
     as_spheres,
     check_frame,
+    first_group,
     has_atoms,
     is_file_of_dots,
     is_file_of_spheres,
@@ -43,10 +44,11 @@ from sparsurf.arguments import (
     Reentrant,
     check_choice,
 )
-from sparsurf.errors import InputError
+from sparsurf.errors import InputError, argument
 from sparsurf.molecules.formats import FILE_OF_DOTS
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.read_molecule import molecule_of_files
+from sparsurf.molecules.selection import Groups
 from sparsurf.molecules.source import Source
 from sparsurf.patches.index import D_LINK, PatchIndex, build_index
 from sparsurf.suggestions import public
@@ -81,6 +83,7 @@ def surface(
     cavities: Cavities = "keep",
     reentrant: Reentrant = "exact",
     boundary: Boundary = "excluded",
+    groups: Groups | None = None,
 ) -> Surface:
     """Place dots with analytic normals on the solvent-excluded or solvent-accessible surface of a molecule.
 
@@ -107,6 +110,9 @@ def surface(
     boundary : {'excluded', 'accessible'}
         Whether the surface bounds the space that the probe cannot enter (default 'excluded') or the space that its centre cannot
         enter.
+    groups : str or sequence, optional
+        Groups of partners, as in `areas`: the dots lie on the surface of the first group alone, and the field `burial` says how
+        deep they lie below the surface of all groups (default None, all atoms).
 
     Returns
     -------
@@ -148,6 +154,13 @@ def surface(
     probe_radius, d_link = PROBE.check(probe_radius, "probe_radius"), LENGTH.check(d_link, "d_link")
     density = DENSITY_LIMITS.check(density, "density", "auto")
     rules = placement(probe_radius, density, radii, cavities, reentrant)
+    if groups is not None:
+        if boundary == "accessible":
+            raise InputError(f"{argument('groups')}: the accessible surface has no groups; leave them out.")
+        atoms, partner = first_group(molecule, frame, groups, radii)
+        dots = surface_of_molecule(atoms, rules, d_link, "surface", frame)
+        assert dots.origin is not None
+        return dots.with_origin(replace(dots.origin, partner=partner))
     if boundary == "accessible":
         return _accessible(molecule, frame, rules, d_link)
     if isinstance(molecule, SurfaceAtoms):

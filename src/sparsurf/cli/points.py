@@ -32,12 +32,16 @@ each, and the other columns by name. Structures of a folder that cannot be read 
 in the metadata of the table state the reasons. A call for a folder that was stopped continues from the structures that were
 finished, and writes the same bytes.
 
+With --groups, the points lie on the surface of the first group alone, and the field burial is their depth (Å) below the surface
+of all groups together, 0 where they stay on it: a label of the interface.
+
 examples:
   sparsurf points structures/ -n 1024 -o points.parquet
   sparsurf points protein.pdb run.pdb -o points.parquet
   sparsurf points structures/ --fields roughness,hydropathy -o points.parquet
   sparsurf points protein.pdb -n 512 -o points.npz
   sparsurf points protein.pdb --density 0.5 -o points.ply
+  sparsurf points complex.pdb --groups H,L+G --fields burial -o points.ply
 """
 
 
@@ -62,6 +66,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     help_text = "values at the points: roughness (of the dense surface), %(choices)s, with commas between"
     choices = options.SeveralNames("field")
     parser.add_argument("--fields", choices=choices, metavar="NAMES", help=help_text)
+    options.add_groups(parser)
     options.add_molecule(parser)
     options.add_placement(parser, " remove")
     parser.add_argument(
@@ -106,7 +111,7 @@ def run(args: argparse.Namespace) -> None:
     source: Any = args.file
     if not is_file_of_spheres(args.file):
         source = options.read_atoms(args)
-        settings["frame"] = args.frame or 0
+        settings |= {"frame": args.frame or 0, "groups": args.groups}
     options.say(f"points on {source.n_atoms:,} atoms" if hasattr(source, "n_atoms") else "points on spheres")
     few = points(source, args.n_dots, **settings)
     write(NamedPoints.of_points(title(args.file), few), args.output)

@@ -13,6 +13,7 @@ import numpy as np
 from sparsurf.errors import FILE, InputError, naming_file
 from sparsurf.files import read_text
 from sparsurf.molecules.names import usual_names
+from sparsurf.molecules.residues import standard_name
 from sparsurf.surfaces.surface import COMPONENT_FIELD, is_field_name
 
 if TYPE_CHECKING:
@@ -22,7 +23,8 @@ if TYPE_CHECKING:
 
 log = logging.getLogger("sparsurf")
 
-ATOM_KEYS = ("chain", "residue", "atom")  # columns that identify the atoms of a row; `residue` is required
+# Columns that identify the atoms of a row; a scale has `residue_name` in place of `residue`
+ATOM_KEYS = ("chain", "residue", "atom")
 
 
 def column_of_atoms(path: str | os.PathLike[str], name: str, molecule: Molecule) -> np.ndarray:
@@ -41,7 +43,8 @@ def _values_of_atoms(table: pd.DataFrame, name: str, molecule: Molecule) -> np.n
     """Return a column of a table for the atoms, (A,); NaN if unknown."""
     import pandas as pd
 
-    if name not in table.columns or name in ATOM_KEYS:
+    number = "residue" if "residue" in table.columns else "residue_name"
+    if name not in table.columns or name in (*ATOM_KEYS, number):
         raise InputError(f"{FILE} has no column {name!r} of values; it has {', '.join(table.columns)}.")
     if name == COMPONENT_FIELD or not is_field_name(name):
         raise InputError(
@@ -53,16 +56,24 @@ def _values_of_atoms(table: pd.DataFrame, name: str, molecule: Molecule) -> np.n
         raise InputError(
             f"{FILE}, row {wrong.index[0] + 1}: {name} is {wrong[name].iloc[0]!r}, not a number."
         )
-    keys = [key for key in ATOM_KEYS if key in table.columns]
-    labels = {"chain": molecule.chain, "residue": molecule.residue, "atom": molecule.name}
+    keys = [key for key in ("chain", number, "atom") if key in table.columns]
+    labels = {
+        "chain": molecule.chain, "residue": molecule.residue, "residue_name": molecule.residue_name, "atom": molecule.name,
+    }  # fmt: skip
     if table.duplicated(keys).any():
         raise InputError(
-            f"{FILE} has two rows for one {keys[-1]}; add the column chain, or keep one of them."
+            f"{FILE} has two rows for one {keys[-1].replace('_', ' ')}; add the column chain, or keep one of them."
         )
     rows = pd.Series(values.to_numpy(float), index=pd.MultiIndex.from_frame(table[keys]))
     of_atoms = rows.reindex(pd.MultiIndex.from_arrays([labels[key] for key in keys])).to_numpy()
     if "atom" in keys and np.isnan(of_atoms).any():  # atoms that the table may call by their usual names
         labels["atom"] = usual_names(molecule.residue_name, molecule.name)
+        usual = rows.reindex(pd.MultiIndex.from_arrays([labels[key] for key in keys])).to_numpy()
+        of_atoms = np.where(np.isnan(of_atoms), usual, of_atoms)
+    if (
+        number == "residue_name" and np.isnan(of_atoms).any()
+    ):  # such as HIE of a force field for HIS of a scale
+        labels[number] = np.array([standard_name(name) for name in molecule.residue_name.tolist()])
         usual = rows.reindex(pd.MultiIndex.from_arrays([labels[key] for key in keys])).to_numpy()
         of_atoms = np.where(np.isnan(of_atoms), usual, of_atoms)
     n_known = int(np.isfinite(of_atoms).sum())
@@ -88,8 +99,10 @@ def _cells(text: str) -> pd.DataFrame:
     while rows and not any(rows[-1]):  # a spreadsheet writes lines of commas below a table
         rows.pop()
     header, rows = (rows[0], rows[1:]) if rows else ([], [])
-    if "residue" not in header:
-        raise InputError(f"{FILE} has no column residue, which identifies the residue of a row: add it.")
+    if not {"residue", "residue_name"} & {*header}:
+        raise InputError(
+            f"{FILE} has no column residue, or residue_name of a scale, which identifies the residue of a row: add it."
+        )
     if repeated := [name for name in header if name and header.count(name) > 1]:
         raise InputError(f"{FILE} has the column {repeated[0]!r} twice; remove or rename one.")
     for number, row in enumerate(rows, 1):

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
 from sparsurf import kinds
-from sparsurf.arguments import checked_result
+from sparsurf.arguments import LENGTH, checked_result
 from sparsurf.dot_fields.charges import pdb2pqr_charges, pqr_charges, table_charges
 from sparsurf.dot_fields.columns import column_of_atoms, columns_of
 from sparsurf.dot_fields.curvature import principal_curvatures
@@ -70,11 +70,40 @@ def potential(
     return potential_of_charges(positions, values, points)
 
 
-def bfactor(molecule: Molecule, points: np.ndarray) -> np.ndarray:
-    """Average the B factors of nearby atoms; there is no value if all are 0."""
-    return gaussian_mean(
-        np.where(molecule.b_factor.any(), molecule.b_factor, np.nan), molecule.xyz[0], points
-    )
+def bfactor(
+    molecule: Molecule, points: np.ndarray, dots: Surface | None = None, smooth: float | None = None
+) -> np.ndarray:
+    """Return the B factor of the atom of each dot; there is no value if all are 0."""
+    values = np.where(molecule.b_factor.any(), molecule.b_factor, np.nan)
+    return values_at_dots(values, molecule, points, dots, smooth)
+
+
+def values_at_dots(
+    values: np.ndarray, molecule: Molecule, points: np.ndarray, dots: Surface | None, smooth: float | None
+) -> np.ndarray:
+    """Return the value (N,) of the atom that each dot belongs to, or a mean of values (A,) of atoms with the width `smooth`, Å.
+
+    Where that atom has no value, the nearest one of its residue that has one counts. Dots whose atom is unknown belong to the
+    atom whose centre is nearest.
+    """
+    values, xyz = np.asarray(values, float), molecule.xyz[0]
+    if smooth is not None:
+        return gaussian_mean(values, xyz, points, smooth)
+    if dots is not None and dots.origin is not None and 0 <= dots.atom.min() <= dots.atom.max() < len(values):
+        atom = dots.atom
+    else:
+        from scipy.spatial import cKDTree  # here: it takes a quarter of a second to load
+
+        atom = np.asarray(cKDTree(xyz).query(points)[1])
+    out, finite = values[atom], np.isfinite(values)
+    lacking = np.flatnonzero(np.isnan(out) & finite.any())
+    for residue in np.unique(molecule.residue_index[atom[lacking]]):
+        members = np.flatnonzero(finite & (molecule.residue_index == residue))
+        if len(members):
+            rows = lacking[molecule.residue_index[atom[lacking]] == residue]
+            distance = np.linalg.norm(points[rows, None] - xyz[members], axis=2)
+            out[rows] = values[members[distance.argmin(axis=1)]]
+    return out
 
 
 def mean_curvature(dots: Surface | None) -> np.ndarray:
@@ -138,10 +167,12 @@ def compute_fields(
     charges: str | os.PathLike[str] = "table",
     table: str | os.PathLike[str] | None = None,
     dots: Surface | None = None,
+    smooth: float | None = None,
 ) -> pd.DataFrame:
     """Compute fields of a molecule's first frame at points (Å), one column per name or function, or column of the CSV `table`.
 
-    `dots` are the points as they were placed, which fields of dots need.
+    `dots` are the points as they were placed, which fields of dots need. `smooth`, Å, averages B factors and columns over the
+    atoms nearby, and adds _smooth to their names.
     """
     import pandas as pd  # here: it takes long to load, and most commands compute no field
 
@@ -153,12 +184,16 @@ def compute_fields(
         raise InputError(
             "charges: they are those of the field potential; add it to the names, or leave charges out."
         )
+    if smooth is not None:
+        smooth = LENGTH.check(smooth, "smooth")
     out, columns = {}, columns_of(table) if table is not None else []
     for field in fields:
         if table is not None and isinstance(field, str) and not kinds.has("field", field):
             assert molecule is not None  # of the table
-            name = field
-            out[name] = gaussian_mean(column_of_atoms(table, name, molecule), molecule.xyz[0], points)
+            name = field if smooth is None else f"{field}_smooth"
+            out[name] = values_at_dots(
+                column_of_atoms(table, field, molecule), molecule, points, dots, smooth
+            )
         else:
             choice, function = kinds.load("field", field, "fields")
             name = choice.name
@@ -166,10 +201,13 @@ def compute_fields(
                 raise InputError(
                     f"{table} has the column {name!r}, which is the name of {kinds.origin('field', choice)}; rename the column."
                 )
-            options = {"charges": charges} if name == "potential" else {}
+            options: dict[str, Any] = {"charges": charges} if name == "potential" else {}
+            if name == "bfactor":
+                options = {"dots": dots, "smooth": smooth}
             values = function(dots) if choice.takes_dots else function(molecule, points, **options)
             if not choice.is_built_in:
                 values = checked_result(values, f"the field {name!r}", (len(points),), allow_nan=True)
+            name = f"{name}_smooth" if name == "bfactor" and smooth is not None else name
             out[name] = values
         if not np.isfinite(out[name]).any():
             raise InputError(f"{argument('fields')}: {name} has no value at any dot; leave it out.")

@@ -6,7 +6,7 @@ import logging
 import math
 import re
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
@@ -127,6 +127,8 @@ class SurfaceOrigin:
     rolled: Any  # RolledFrame from which all dots were placed; None for a part of them
     points: np.ndarray  # (N, 3), where the dots were placed, Å
     generator: Callable[[], tuple[Callable[[np.ndarray], Surface], np.ndarray]]  # see `surface_generator`
+    # centres (B, 3) and radii (B,), Å, of the atoms of other groups, which were absent where the dots were placed
+    partner: tuple[np.ndarray, np.ndarray] | None = None
 
     @classmethod
     def of_atoms(
@@ -163,9 +165,10 @@ class SurfaceOrigin:
     @property
     def atoms_alone(self) -> SurfaceOrigin:
         """The same atoms and rules, without what places the dots again."""
-        return SurfaceOrigin.of_atoms(
+        alone = SurfaceOrigin.of_atoms(
             self.molecule, self.frame, self.xyz, self.rules, self.d_link, self.radii
         )
+        return replace(alone, partner=self.partner)
 
     def refuse_molecule(
         self, function: str, molecule: Molecule, frame: int | None, whole: bool = True

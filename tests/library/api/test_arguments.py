@@ -76,6 +76,8 @@ CALLS = [
         "n_dots": 41, "density": NOT_N | {"density": 0.5}, "fields": ["hydropathy"], **SEED, "frame": 1, "probe_radius": 1.6,
         "radii": "bondi"}),
     ("points", lambda g, **k: sparsurf.points(PROTEIN, 2000, **k), {}, {"cavities": "keep"}),
+    ("points", lambda g, **k: sparsurf.points(g.pdb, 40, **k), {}, {"groups": "A+B"}),
+    ("surface", lambda g, **k: sparsurf.surface(g.pdb, **k), {}, {"groups": "A+B"}),
     ("points_of", lambda g, **k: sparsurf.points_of(g.folder, **k), {"n_dots": 40}, {
         "n_dots": 41, "density": NOT_N | {"density": 0.5}, "fields": ["hydropathy"], **SEED, "probe_radius": 1.6,
         "radii": "bondi"}),
@@ -137,6 +139,7 @@ OBJECTS = {"surface", "molecule", "folder", "few", "dots", "source", "path", "re
 ELSEWHERE = {
     ("fields", "charges"): "dot_fields/test_fields.py",
     ("fields", "table"): "dot_fields/test_fields.py",
+    ("fields", "smooth"): "dot_fields/test_fields.py",
     ("read_molecule", "whole"): "test_corpus.py",
     ("read_molecule", "plddt"): "molecules/test_plddt.py",
     ("read_molecule", "assembly"): "molecules/test_assemblies.py",

@@ -77,7 +77,7 @@ OPTIONS = {
      "--error 0.1 --sampler cover --reconstruction interpolant":
      {"error": 0.1, "sampler": "cover", "reconstruction": "interpolant"}},
     "points": {"": {}, **OF_ATOMS, **PLACED, "--n-dots 50": {"n_dots": 50}, "--density 0.5": {"density": 0.5},
-     "--seed 3": {"seed": 3}, "--fields roughness": {"fields": "roughness"},
+     "--seed 3": {"seed": 3}, "--fields roughness": {"fields": "roughness"}, "--groups A+B": {"groups": "A+B"},
      "--selection all --cavities keep": {"selection": "all", "cavities": "keep"}},
     "recover": {"": {}, "--density 9": {"density": 9}, "--at few.csv": {"at": "few.csv"},
      "--reconstruction interpolant": {"reconstruction": "interpolant"},
@@ -271,7 +271,7 @@ def areas(file, keys, out):
 
 def points(file, keys, out):
     sizes = some(keys, "density") or some(keys, "n_dots")
-    settings = some(keys, "fields", "seed", "frame", "probe_radius", "radii", "cavities")
+    settings = some(keys, "fields", "seed", "frame", "probe_radius", "radii", "cavities", "groups")
     sparsurf.write(sparsurf.points(molecule_of(file, keys), **sizes, **settings), out / "own.ply")
     return read(out / "own.ply")
 

@@ -451,18 +451,65 @@ def test_columns_of_a_table_and_b_factors_reach_the_dots(tmp_path, molecule):
     with open(tmp_path / "scores.csv", "a") as stream:
         stream.write(",\n, \n,,\n")  # as a spreadsheet writes below a table
     dots = sparsurf.surface(molecule)
-    found = sparsurf.fields(molecule, dots, ("score",), table=tmp_path / "scores.csv")["score"]
-    expected = gaussian_mean(
-        table["score"].to_numpy(float)[molecule.residue_index], molecule.xyz[0], dots.points
-    )
-    np.testing.assert_array_equal(found, expected)
+    of_atoms = table["score"].to_numpy(float)[molecule.residue_index]
+    scores = {"names": ("score",), "table": tmp_path / "scores.csv"}
+    np.testing.assert_array_equal(sparsurf.fields(molecule, dots, **scores)["score"], of_atoms[dots.atom])
+    smooth = sparsurf.fields(molecule, dots, **scores, smooth=1.5)
+    assert list(smooth) == ["score_smooth"]
+    expected = gaussian_mean(of_atoms, molecule.xyz[0], dots.points, 1.5)
+    np.testing.assert_array_equal(smooth["score_smooth"], expected)
     with_b = tmp_path / "b.pdb"
     b_factor = np.arange(molecule.n_atoms) % 9.0  # 0 of some atoms is a value
     molecule.write_pdb(with_b, b_factor=b_factor)
+    found = sparsurf.fields(with_b, dots, "bfactor")["bfactor"].to_numpy()
+    assert found == pytest.approx(b_factor[dots.atom])
+    centres = np.linalg.norm(dots.points[::50, None] - molecule.xyz[0], axis=2).argmin(axis=1)
+    pair = dots.points[::50], dots.normals[::50]  # whose atoms are unknown
+    assert sparsurf.fields(with_b, pair, "bfactor")["bfactor"].to_numpy() == pytest.approx(b_factor[centres])
     expected = gaussian_mean(b_factor, molecule.xyz[0], dots.points)
-    assert sparsurf.fields(with_b, dots, "bfactor")["bfactor"].to_numpy() == pytest.approx(expected)
+    found = sparsurf.fields(with_b, dots, "bfactor", smooth=2.5)["bfactor_smooth"]
+    assert found.to_numpy() == pytest.approx(expected)
     with pytest.raises(InputError, match="bfactor has no value"):
         sparsurf.fields(molecule, dots, ("bfactor",))
+
+
+def test_a_dot_of_an_atom_without_a_value_has_that_of_the_nearest_one_of_its_residue(tmp_path, molecule):
+    """Shifts of N and C-beta alone, and none of residue 211."""
+    rows = [
+        f"{residue},{atom},{value}"
+        for residue, atom, value in (("209", "N", 7), ("209", "CB", 3), ("210", "CB", 5))
+    ]
+    (tmp_path / "shifts.csv").write_text("residue,atom,shift\n" + "\n".join(rows) + "\n")
+    dots = sparsurf.surface(molecule)
+    found = sparsurf.fields(dots, "shift", table=tmp_path / "shifts.csv")["shift"].to_numpy()
+    residue = molecule.residue[dots.atom]
+    known = [np.flatnonzero((molecule.residue == "209") & (molecule.name == name))[0] for name in ("N", "CB")]
+    distance = np.linalg.norm(dots.points[:, None] - molecule.xyz[0, known], axis=2)
+    first = residue == "209"
+    own = np.isin(dots.atom, known)
+    expected = np.where(
+        dots.atom == known[0], 7, np.where(dots.atom == known[1], 3, np.where(distance.argmin(axis=1), 3, 7))
+    )
+    assert (
+        found[first].tolist() == expected[first].tolist()
+        and (first & ~own).any()
+        and {*found[first]} == {3, 7}
+    )
+    assert (found[residue == "210"] == 5).all() and np.isnan(found[~np.isin(residue, ["209", "210"])]).all()
+
+
+def test_a_scale_gives_each_residue_the_value_of_its_name(tmp_path, molecule):
+    """A residue of a force field has that of the residue it stands for; two rows for one name are refused."""
+    (tmp_path / "scale.csv").write_text("residue_name,scale\nPHE,-1.13\nHIS,0.17\n")
+    histidine = molecule.residue == "212"
+    molecule = replace(molecule, residue_name=np.where(histidine, "HIE", molecule.residue_name))
+    values = column_of_atoms(tmp_path / "scale.csv", "scale", molecule)
+    histidine |= np.isin(molecule.residue_name, ["HIS", "HSD", "HSE", "HSP"])  # as in the file
+    expected = np.where(molecule.residue_name == "PHE", -1.13, np.where(histidine, 0.17, np.nan))
+    np.testing.assert_array_equal(values, expected)
+    (tmp_path / "scale.csv").write_text("residue_name,scale\nPHE,1\nPHE,2\n")
+    with pytest.raises(InputError, match="two rows for one residue name"):
+        column_of_atoms(tmp_path / "scale.csv", "scale", molecule)
 
 
 @pytest.mark.parametrize(
