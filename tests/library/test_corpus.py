@@ -593,9 +593,11 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
     "quoted.cif": (tiny(quote='"'), {}, "1 20 4"),
     "tabs.cif": (tiny(between="\t"), {}, "1 20 4"),
     # GRO and others
-    "broken.gro": ("title\n 2\n    1ALA     CA    1   0.1\n", {}, "! line 3 has no three coordinates"),
+    "broken.gro": ("title\n 2\n    1ALA     CA    1   0.1\n", {}, "! cut short within its first frame"),
+    "a line of one number.gro": (
+        f"title\n 2\n{GRO_LINE}    1ALA     CB    2   0.1\n1 1 1\n", {}, "! line 4 has no three coordinates"),
     "count.gro": ("title\nx\n", {}, "! line 2 is not the number of atoms"),
-    "few.gro": (f"title\n 2\n{GRO_LINE}", {}, "! has 1 of 2 atoms"),
+    "few.gro": (f"title\n 2\n{GRO_LINE}", {}, "! cut short within its first frame"),
     "no-box.gro": (f"title\n 1\n{GRO_LINE}1.0 1.0\n", {}, "! line 4 is not a box of 3 or 9 numbers"),
     "a box whose numbers touch.gro": (f"title\n 1\n{GRO_LINE}{3 * '40000.00000'}\n", {}, "1 1 1 ~ a single atom"),
     "a tilted box whose numbers touch.gro": (f"title\n 1\n{GRO_LINE}{9 * '40000.00000'}\n", {}, "1 1 1 ~ a single atom"),
