@@ -138,7 +138,7 @@ def fields(
 def _are_names(value: Any) -> bool:
     """Return whether a value names fields, in the place of dots."""
     if isinstance(value, (list, tuple)):
-        return bool(value) and all(isinstance(each, str) or callable(each) for each in value)
+        return bool(value) and all(isinstance(name, str) or callable(name) for name in value)
     return callable(value) or (isinstance(value, str) and kinds.has("field", value))
 
 

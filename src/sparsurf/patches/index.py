@@ -26,7 +26,7 @@ GROUP_SIZE = 64  # dots of a group, one for each bit of a word
 ALL_BITS = np.uint64(2**64 - 1)
 N_SHELLS = 64  # around a group, in which dots are sorted by their distance
 ROUNDING_MARGIN = 1e-9  # Å, far above rounding
-FARTHEST = 1e7  # Å, at which no dot is looked for
+OUT_OF_REACH = 1e7  # Å, at which no dot is looked for
 
 
 class PatchIndex(NamedTuple):
@@ -384,7 +384,7 @@ def _write_nearest(
     for i in range(len(points)):
         x, y, z = points[i, 0], points[i, 1], points[i, 2]
         found, best, within = np.int64(-1), 0.0, first
-        while found < 0 and within < FARTHEST:
+        while found < 0 and within < OUT_OF_REACH:
             best = within * within
             a0, a1 = cells_within(x, within, index.origin[0], index.side, index.shape[0])
             b0, b1 = cells_within(y, within, index.origin[1], index.side, index.shape[1])

@@ -127,25 +127,25 @@ def reconstruct_twice(
 
     Errors are measured from dots of the density `of_spheres` where these lie on spheres.
     """
-    dense, at = _densely(few, model, threads, of_spheres)
-    return Reconstructed(Surface(*dense[:2]), dense.share, partial(at, density))
+    dense, of_density = _densely(few, model, threads, of_spheres)
+    return Reconstructed(Surface(*dense[:2]), dense.share, partial(of_density, density))
 
 
 def _densely(
     few: Surface, model: Model, threads: int, of_spheres: float = DENSITY_FOR_SPHERES
 ) -> tuple[Rebuilt, Callable[[float], Rebuilt]]:
-    """Reconstruct the surface of few dots so densely that errors are measured from its dots; return it at other densities, too.
+    """Reconstruct the surface of few dots densely enough to measure errors from its dots.
 
-    The model 'spheres' refuses no dots.
+    Also return the function that reconstructs it at another density. The model 'spheres' refuses no dots.
     """
     if model == INTERPOLANT:
-        at = reconstruction_of(few, INTERPOLANT, threads=threads)
-        return at(DENSITY_FOR_ERRORS), at
-    at = reconstruction_of(few, AUTO, threads=threads)
-    dense = at(of_spheres)
+        of_density = reconstruction_of(few, INTERPOLANT, threads=threads)
+        return of_density(DENSITY_FOR_ERRORS), of_density
+    of_density = reconstruction_of(few, AUTO, threads=threads)
+    dense = of_density(of_spheres)
     if dense.share == 0:
         dense = reconstruct(few, DENSITY_FOR_ERRORS, INTERPOLANT, threads=threads)
-    return dense, at
+    return dense, of_density
 
 
 def distance_to_reconstructed(

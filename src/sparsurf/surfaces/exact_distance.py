@@ -55,7 +55,7 @@ DEEPEST = 10.0  # Å
 # Å^2, far above the rounding of squared distances, so that no nearer place is passed over
 ROUNDING_OF_SQUARES = 1e-9
 # Å, between the centre of a probe and a sphere that it touches: above the shift of the spheres, far below what errors show
-TOUCH = 1e-7
+ROUNDING_OF_TOUCH = 1e-7
 
 
 def exact_distance(
@@ -116,7 +116,7 @@ def distance_of_dots(
     rolling, probe = rolled.rolled.rolling, rolled.rolled.probe
     enclosed = enclosed_centres(rolling) if rolled.cavities == "remove" else no_enclosed_centres(rolling)
     positions = np.asarray(points, float) - rolled.rolled.origin
-    cells = sort_into_cells(rolling.atoms.centre, rolling.atoms.reach.max() + TOUCH)
+    cells = sort_into_cells(rolling.atoms.centre, rolling.atoms.reach.max() + ROUNDING_OF_TOUCH)
     lies_on = np.empty(len(positions), bool)
     parallel_map(
         lambda a, b: _write_lies_on(
@@ -159,8 +159,8 @@ def _write_lies_on(
                 k = cells.order[slot]
                 slot += 1
                 d2 = squared_distance(point(centre, k), place)
-                if d2 < (reach[k] + TOUCH) ** 2:
-                    is_free = d2 > (reach[k] - TOUCH) ** 2
+                if d2 < (reach[k] + ROUNDING_OF_TOUCH) ** 2:
+                    is_free = d2 > (reach[k] - ROUNDING_OF_TOUCH) ** 2
                     if m < 3:
                         touched[m] = k
                     m += 1
@@ -194,8 +194,8 @@ def _is_in_hull(inward: Vector, place: Vector, centre: np.ndarray, touched: np.n
         if len(touched) == 2:
             z = 0.0
     x, y, z = max(x, 0.0), max(y, 0.0), max(z, 0.0)
-    rest = add_scaled(add_scaled(add_scaled(inward, -x, a), -y, b), -z, c)
-    return x + y + z <= 1.0 and dot(rest, rest) < TOUCH**2
+    remainder = add_scaled(add_scaled(add_scaled(inward, -x, a), -y, b), -z, c)
+    return x + y + z <= 1.0 and dot(remainder, remainder) < ROUNDING_OF_TOUCH**2
 
 
 @njit(cache=True, nogil=True)
