@@ -49,7 +49,7 @@ examples:
   sparsurf minimal protein.pdb -o minimal.pml
   sparsurf minimal protein.pdb --percent 10 -o minimal.html
   sparsurf minimal protein.pdb --error 0.05 -o minimal.csv
-  sparsurf minimal protein.pdb --sampler farthest --reconstruction interpolant -o few.csv
+  sparsurf minimal protein.pdb --reconstruction interpolant -o few.csv
   sparsurf minimal dots.csv --max-z 1.0 -o minimal.npz
 """
 

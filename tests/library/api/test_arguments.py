@@ -152,7 +152,7 @@ ELSEWHERE = {
     ("show", "open_browser"): "api/test_show.py",
     ("roughness", "roughness"): "test_kinds.py",
     ("error_at", "sampler"): "recovery/test_law.py",
-    ("recover", "model"): "recovery/test_spheres.py",
+    ("recover", "reconstruction"): "recovery/test_spheres.py",
     **{
         ("infer_atoms", name): "recovery/test_spheres.py"
         for name in ("points", "normals", "probe_radius", "radii")

@@ -59,7 +59,7 @@ def test_the_subset_has_the_rows_of_its_dots(found, dots, molecule):
     assert np.array_equal(np.asarray(few), dots.points[few.dots]) and few.to_frame().equals(few.table)
     names = ["dot", "x", "y", "z", "nx", "ny", "nz", "weight", "area", "spacing", "reach"]
     labels = ["chain", "residue", "residue_name", "atom_name", "atom"]
-    said = {"probe_radius": 1.4, "radii": "dms", "model": "auto"}
+    said = {"probe_radius": 1.4, "radii": "dms", "reconstruction": "auto"}
     assert list(few.table) == [*names, *said, *labels]
     assert (few.table[list(said)] == list(said.values())).all(axis=None)
     assert np.array_equal(few.table[["x", "y", "z"]], dots.points[few.dots])
@@ -100,7 +100,7 @@ def test_errors_are_those_of_independent_dots_of_the_whole_surface(found, dots, 
         [distance.mean(), np.quantile(distance, 0.99), distance.max()]
     )
     # too few dots to infer atoms from
-    assert row[["measured_on", "sampler", "model"]].tolist() == [
+    assert row[["measured_on", "sampler", "reconstruction"]].tolist() == [
         "independent dots",
         "farthest",
         "interpolant",

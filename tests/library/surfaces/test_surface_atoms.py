@@ -123,7 +123,7 @@ def test_the_dots_of_the_atoms_carry_the_molecule(few, molecule):
     assert len(sparsurf.recover(few, density=3.0)) == len(sparsurf.surface(few, density=3.0))
     assert "roughest residues" in sparsurf.show(few, open_browser=False).html
     assert few.to_frame()["residue_name"].tolist() == molecule.residue_name[few.atom].tolist()
-    with pytest.raises(InputError, match="reach, steps and model are about dots"):
+    with pytest.raises(InputError, match="reach, steps and reconstruction are about dots"):
         sparsurf.recover(few, reconstruction="interpolant")
 
 

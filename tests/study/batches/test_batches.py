@@ -129,7 +129,7 @@ def test_export_writes_the_files_of_one_structure(many, tmp_path, monkeypatch, c
     expected = few.table.sort_values("dot", ignore_index=True)
     kept = pd.read_csv("out/minimal.csv")
     expected = expected.drop(
-        columns=["area", "probe_radius", "radii", "model"]
+        columns=["area", "probe_radius", "radii", "reconstruction"]
     )  # the tables of a batch have no room for them
     assert (
         list(kept) == list(expected) and kept["residue"].tolist() == expected["residue"].astype(int).tolist()

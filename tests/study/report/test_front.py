@@ -188,7 +188,7 @@ def test_the_answer_counts_size_ranges_and_surfaces(
 
 
 @pytest.mark.parametrize(
-    ("decided_by", "minimal", "limit", "model", "words"),
+    ("decided_by", "minimal", "limit", "reconstruction", "words"),
     [
         ("99 % back", {"error": 0.02}, "1 % of the reconstructed surface may deviate by more than 0.1 Å;",
          "spheres", "atoms are inferred"),
@@ -196,12 +196,12 @@ def test_the_answer_counts_size_ranges_and_surfaces(
          "interpolant", "interpolated between"),
     ],
 )  # fmt: skip
-def test_the_second_limit_of_the_error_and_the_model_are_named(
-    tmp_path, decided_by, minimal, limit, model, words
+def test_the_second_limit_of_the_error_and_the_reconstruction_are_named(
+    tmp_path, decided_by, minimal, limit, reconstruction, words
 ):
-    """The limit where it decides, on the page and, of the model, on the terminal as well."""
+    """The limit where it decides, on the page and, of the reconstruction, on the terminal as well."""
     files = write_run(tmp_path)
-    table = pd.DataFrame({"decided_by": [decided_by], "model": model})
+    table = pd.DataFrame({"decided_by": [decided_by], "reconstruction": reconstruction})
     table.to_csv(tmp_path / "p/c1/recovered.csv", index=False)
     answers = write_front(tmp_path / "index.html", files, {}, minimal=minimal)
     assert limit in text_of(tmp_path) and f"below {minimal['error']} Å." in text_of(tmp_path)
