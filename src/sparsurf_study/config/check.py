@@ -13,6 +13,7 @@ from sparsurf.files import UNPACK, URL_START, shorten
 from sparsurf.molecules.formats import STRUCTURES, suffix
 from sparsurf.settings import OR_INSTALLED, REQUEST_KEYS
 from sparsurf.suggestions import did_you_mean
+from sparsurf_study import manifest
 from sparsurf_study.batches.assignment import BATCH_FOLDERS, BATCH_PERCENT, batched_structures, takes_batches
 from sparsurf_study.config.conformations import absent_conformation, has_one_model, without_zeros
 from sparsurf_study.config.download import ONLY, allowed, shown, variable
@@ -24,7 +25,7 @@ from sparsurf_study.config.yaml_file import read_config, run_of_config
 
 __all__ = ["Config", "Protein", "check_config", "proteins", "read_config"]
 
-RESERVED_FOLDERS = ("logs", "pairs", "changes")  # of results/<run>/, next to those of the proteins
+RESERVED_NAMES = ("logs", "pairs", "changes", manifest.NAME.lower())  # of results/<run>/, beside the proteins
 RESERVED_SUFFIXES = (".csv", ".md", ".png", ".svg", ".html", ".json", ".zip")
 PUBLISHED_READINGS = ("kept", "full")
 PUBLISHED_RANGES = 10  # rows of the paper's Table I
@@ -181,7 +182,7 @@ def _check_names(config: dict) -> Iterator[str]:
         for name in config[key]:
             if (twin := names.setdefault(name.lower(), name)) != name:
                 yield f"{key} {twin!r} and {name!r} differ only in upper and lower case; rename one of them."
-            if name.lower().endswith(RESERVED_SUFFIXES) or name.lower() in RESERVED_FOLDERS:
+            if name.lower().endswith(RESERVED_SUFFIXES) or name.lower() in RESERVED_NAMES:
                 yield f"{key}: {name!r} is a file or folder of the study itself; choose another name."
     if Path("results", config["run"]).exists() and not Path("results", config["run"]).is_dir():
         yield f"run is {config['run']!r}, but results/{config['run']} is a file; choose another name."

@@ -9,8 +9,8 @@ from sparsurf.files import pluralise
 from sparsurf_study.batches.assignment import batched_structures
 from sparsurf_study.config.check import needed_conformations
 from sparsurf_study.config.conformations import first_column, without_zeros
-from sparsurf_study.workflow.job_logs import STOPPED, failures_since, place_of_log
-from sparsurf_study.workflow.stopping import NOTICE, is_stopped
+from sparsurf_study.workflow import job_logs, stopping
+from sparsurf_study.workflow.job_logs import failures_since, place_of_log
 
 # Jobs that lead to the conformations of a protein: without one of them there are none
 BEFORE_CONFORMATIONS = ("choose_frames", "fetch_", "prepare_system", "simulate_", "extract_", "judge_")
@@ -45,8 +45,8 @@ def rows_of(path: Path) -> list[dict[str, str]]:
 def reasons(run: Path, begin: float) -> Iterator[str]:
     """Yield why some results of a run that began at a time are missing."""
     failures = [(log, reason) for log, reason in failures_since(begin, run / "logs")]
-    if is_stopped() or any(reason == STOPPED for _, reason in failures):
-        yield NOTICE
+    if stopping.STOPPED.is_set() or any(reason == job_logs.STOPPED for _, reason in failures):
+        yield stopping.NOTICE
         return
     yield f"\nSome results could not be computed. Finished results are in {run}/."
     for log, reason in failures:

@@ -11,6 +11,7 @@ from typing import NoReturn
 
 import psutil
 
+STOPPED = threading.Event()  # by SIGTERM or Ctrl-C
 SECONDS_TO_KILL = 5.0  # after the signal, which a kernel that computes for minutes does not notice
 SECONDS_TO_END = 12.0  # of Snakemake, which on Slurm sleeps for up to three minutes before it asks again which jobs have ended
 NOTICE = "\nStopped. Finished results stay; the same command continues where it was."
@@ -19,17 +20,23 @@ NOTICE = "\nStopped. Finished results stay; the same command continues where it 
 def end_jobs_on_sigterm() -> None:
     """Let SIGTERM end the running jobs, and Snakemake as Ctrl-C does; called when Snakemake has set its own handler."""
     signal.signal(signal.SIGTERM, _stop)
+    if (
+        signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    ):  # a shell lets its background ignore Ctrl-C
+        signal.signal(signal.SIGINT, _interrupt)
+
+
+def _interrupt(number: int, frame: FrameType | None) -> NoReturn:
+    """Note Ctrl-C, which no log tells where the running jobs have just finished."""
+    STOPPED.set()
+    signal.default_int_handler(number, frame)
 
 
 def _stop(number: int, _: FrameType | None) -> NoReturn:
     signal.signal(number, signal.SIG_IGN)
+    STOPPED.set()
     threading.Thread(target=_end_jobs).start()  # no daemon: this process waits for the last of them
     raise KeyboardInterrupt
-
-
-def is_stopped() -> bool:
-    """Return whether SIGTERM has stopped this process."""
-    return signal.getsignal(signal.SIGTERM) == signal.SIG_IGN
 
 
 def _end_jobs() -> None:

@@ -34,6 +34,7 @@ FILES_OF_RUN = {
     "checks": "checks.csv",
     "png": "distributions.png",
     "crate": "ro-crate-metadata.json",
+    "sums": "SHA256SUMS",
 }
 GOOD = [f"p{k:02d}" for k in range(1, 11)]
 

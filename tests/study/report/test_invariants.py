@@ -5,6 +5,7 @@ import pandas as pd
 import pytest
 
 from small_study import copy_of
+from sparsurf_study import manifest
 from sparsurf_study.report.closing import close_run
 from sparsurf_study.report.invariants import broken_batches, broken_invariants, numbers_missing_on_page
 
@@ -71,7 +72,8 @@ def test_a_contradiction_is_on_the_first_page_and_in_the_list(run):
     """Also a number that the page does not have, as the page was written before."""
     change(run / PLACE / "minimal.csv", lambda t: t.assign(weight=t.weight + (t.index == 0)))
     outputs = {key: str(run / f"{key}.csv") for key in ("failures", "warnings", "checks")}
-    outputs |= {"page": str(run / "index.html"), "crate": str(run / "ro-crate-metadata.json")}
+    names = {"page": "index.html", "crate": "ro-crate-metadata.json", "sums": "SHA256SUMS"}
+    outputs |= {key: str(run / name) for key, name in names.items()}
     results = [
         str(run / file) for file in files_of(run) if "/logs/" not in file and file not in outputs.values()
     ]
@@ -80,6 +82,7 @@ def test_a_contradiction_is_on_the_first_page_and_in_the_list(run):
     close_run(run, results, [], {}, outputs)
     checks = pd.read_csv(run / "checks.csv")
     assert checks["file"].to_list() == [f"{PLACE}/minimal.csv"]
+    assert manifest.read_sums(run).keys() >= {"index.html", "checks.csv"} and not [*manifest.differing(run)]
     page = (run / "index.html").read_text(encoding="utf-8")
     assert "Results of this run contradict one another" in page and checks["sentence"][0] in page
     change(run / PLACE / "ranges.csv", lambda t: t.assign(d_cv=t.d_cv + 1))
