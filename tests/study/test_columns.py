@@ -90,7 +90,7 @@ def test_a_table_that_lacks_a_column_is_refused_by_name(tmp_path):
     [
         ("residues", "mean_roughness", "mean_roughness", "", "R_i is 1 where"),  # not as any field
         ("residues", "mean_hydropathy", "mean_<field>", "unit of the field", "mean of the field"),
-        ("residues", "area", "area", "Å²", "area of its dots"),
+        ("residues", "area", "area", "Å²", "exact area of its atoms"),
         ("grid", "d_low_kept", "d_low_<reading>", "", "lower end of the 95 % interval of `d_<reading>`"),
         ("grid", "d_high_full", "d_high_<reading>", "", "upper end of the 95 % interval of `d_<reading>`"),
         ("grid", "d_se_kept_scaled", "d_se_<reading>", "", "standard error of `d_<reading>`"),
