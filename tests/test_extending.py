@@ -142,7 +142,7 @@ def results(extended, tmp_path_factory):
         "minimal": {"sampler": "highest", "percent": 10},
         "sampling": {"alpha": [0.5, 1.0], "beta": [0.0], "gamma": [0, 6], "delta": [0]},
         "evaluation": {"test_dots": 20, "draws": 2},
-        "tables": {"ranges": 2, "smallest_area": 62.5},
+        "tables": {"ranges": 2, "smallest_area": 70.0},
     }
     (folder / "config.yaml").write_text(yaml.safe_dump(config))
     where = ["--snakefile", extended / "Snakefile", "--directory", folder]
@@ -277,7 +277,7 @@ def test_the_command_tabulates_the_descriptor_of_the_recipe(extended, tmp_path):
 @pytest.mark.slow
 def test_the_column_the_figure_the_key_and_the_output_are_in_the_results(results):
     residues = pd.read_csv(results / "residues.csv")
-    assert residues["area"].min() >= 62.5 and 0 < len(residues) < len(STRUCTURE)
+    assert residues["area"].min() >= 70 and 0 < len(residues) < len(STRUCTURE)
     assert {*residues["heavy_atoms"]} <= set(range(4, 10))
     assert (results / "figures" / "sizes.png").stat().st_size > 1000
     roughest = pd.read_csv(results / "roughest.csv")

@@ -447,7 +447,10 @@ def test_each_command_reports_what_it_wrote(folder, tmp_path, monkeypatch, capfd
     assert 0.5 < share < 0.99
 
     def per_area(n):
-        return number(n / dots.area.sum())
+        density = n / dots.area.sum()
+        return (
+            f"{density:.2f}" if density >= 0.1 else f"{density:.3f}"
+        )  # two digits that are not leading zeros
 
     words = {
         "surface protein.pdb": f"{len(dots):,} dots, {dots.total_area:,.0f} Å^2, {volume:,.0f} Å^3, 1 component",
