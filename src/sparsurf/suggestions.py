@@ -28,7 +28,17 @@ def _has_a_text(value: Any) -> bool:
 
 
 # The keywords of `surface`
-PLACEMENT = ("frame", "probe_radius", "density", "radii", "cavities", "reentrant", "d_link", "boundary")
+PLACEMENT = (
+    "frame",
+    "probe_radius",
+    "density",
+    "radii",
+    "cavities",
+    "reentrant",
+    "d_link",
+    "boundary",
+    "groups",
+)
 
 
 def public(of_dots: bool = False, renamed: Mapping[str, str] | None = None) -> Callable[[F], F]:

@@ -16,6 +16,7 @@ from scipy.spatial import cKDTree
 
 import sparsurf
 from conftest import ROOT
+from peptides import peptide
 from sparsurf.dot_fields.registry import HYDROPATHY
 from sparsurf.surfaces.read_surface import read_surface
 
@@ -58,9 +59,12 @@ def done(tmp_path_factory):
     text = (ROOT / "docs" / "learning.md").read_text(encoding="utf-8")
     code = re.findall(r"^```python\n(.*?)^```", text, re.M | re.S)
     code = [block for block in code if "torch" not in block or find_spec("torch")]
-    (command,) = re.findall(r"^```bash\nsparsurf (.*?)^```", text, re.M | re.S)
+    chains = (peptide(chain=chain, origin=(0, 5 * k, 0)) for k, chain in enumerate("LHG"))
+    (folder / "fab_antigen.pdb").write_text("TER\n".join(chains) + "END\n", encoding="utf-8")
+    commands = re.findall(r"^```bash\nsparsurf (.*?)^```", text, re.M | re.S)
     environment = os.environ | {"PYTHONPATH": str(ROOT / "src")}
-    for words in (["-m", "sparsurf", *command.split()], ["-c", "\n".join([*code, SAVE])]):
+    calls = [["-m", "sparsurf", *command.split()] for command in commands]
+    for words in (*calls, ["-c", "\n".join([*code, SAVE])]):
         run = subprocess.run(
             [sys.executable, *words], cwd=folder, env=environment, capture_output=True, text=True, check=False
         )
@@ -157,6 +161,15 @@ def test_plyfile_finds_what_dmasif_asks_for(done):
     assert np.vstack(found["face"].data["vertex_indices"]).shape[1] == 3
     for name in ("nx", "ny", "nz", "iface", "charge", "hbond", "hphob"):
         assert np.isfinite(found["vertex"][name]).all()
+
+
+def test_burial_labels_the_points_that_the_antigen_covers(done):
+    """Chains lie side by side in the order L, H, G: points of L, and those of H that face L, are not buried."""
+    with np.load(done / "points.npz") as held:
+        y, burial = held["points"][:, 1], held["burial"]
+    covered = burial > 1e-6
+    assert burial.min() >= 0 and 0.02 < covered.mean() < 0.5
+    assert y[covered].min() > np.median(y)
 
 
 def test_the_npz_is_a_closed_mesh_with_exact_normals(done):

@@ -257,11 +257,11 @@ def frames(
     >>> import sparsurf
     >>> tables = sparsurf.frames("data/tdp43/topology.pdb", "data/tdp43/trajectory.xtc", stride=500)
     >>> tables.frames[["frame", "area"]].round().to_numpy().tolist()
-    [[0.0, 4560.0], [500.0, 4305.0], [1000.0, 4239.0]]
+    [[0.0, 4558.0], [500.0, 4306.0], [1000.0, 4241.0]]
     >>> len(tables.residues), list(tables.residues)[:4]
     (183, ['frame', 'time_ps', 'chain', 'residue'])
     >>> tables.ranking[["residue_name", "residue", "frames"]].to_numpy().tolist()[:2]
-    [['ILE', '257', 3], ['ALA', '230', 2]]
+    [['ILE', '257', 3], ['VAL', '255', 3]]
     """
     stride, jobs = STRIDE.check(stride, "stride"), JOBS.check(jobs, "jobs")
     rules = placement(PROBE.check(probe_radius, "probe_radius"), "auto", radii, cavities)

@@ -33,7 +33,7 @@ examples:
   sparsurf areas protein.pdb --radii bondi --of atoms -o atoms.csv
   sparsurf areas complex.pdb --of pairs -o -
   sparsurf areas fab_antigen.pdb --groups H,L+G --of pairs -o -
-  sparsurf areas protein.pdb --groups A+HEM --of contacts -o -
+  sparsurf areas myoglobin.pdb --groups A+HEM --of contacts -o -
   sparsurf areas protein.pdb --trajectory run.xtc --frame 20 -o areas.csv
 """
 

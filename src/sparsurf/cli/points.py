@@ -41,7 +41,7 @@ examples:
   sparsurf points structures/ --fields roughness,hydropathy -o points.parquet
   sparsurf points protein.pdb -n 512 -o points.npz
   sparsurf points protein.pdb --density 0.5 -o points.ply
-  sparsurf points complex.pdb --groups H,L+G --fields burial -o points.ply
+  sparsurf points fab_antigen.pdb --groups H,L+G --fields burial -o points.ply
 """
 
 

@@ -438,9 +438,13 @@ def ligands_of_groups(molecule: AtomsLike, groups: Groups) -> np.ndarray:
 def _lists_of_groups(groups: Groups) -> list[list[str]]:
     """Return the items of each group; raise InputError if there are fewer than two groups, or an empty one."""
     given = groups.split("+") if isinstance(groups, str) else groups
-    if not isinstance(given, Iterable):
-        raise InputError(f"{argument('groups')} is {given!r}; it must be groups such as H,L+G, or a list.")
-    lists = [[item.strip() for item in _as_list(group, "groups", "H,L")] for group in given]
+    try:
+        each = list(given)
+    except TypeError:  # a number, or an array without a dimension
+        raise InputError(
+            f"{argument('groups')} is {given!r}; it must be groups such as H,L+G, or a list."
+        ) from None
+    lists = [[item.strip() for item in _as_list(group, "groups", "H,L")] for group in each]
     if len(lists) < 2:
         raise InputError(f"{argument('groups')}: one group has no partner; name two or more, as in H,L+G.")
     if not all(items and all(items) for items in lists):

@@ -115,7 +115,7 @@ def distance_of_dots(
     """
     rolling, probe = rolled.rolled.rolling, rolled.rolled.probe
     enclosed = enclosed_centres(rolling) if rolled.cavities == "remove" else no_enclosed_centres(rolling)
-    positions = np.asarray(points, float) - rolled.rolled.origin
+    positions, normals = np.asarray(points, float) - rolled.rolled.origin, np.ascontiguousarray(normals)
     cells = sort_into_cells(rolling.atoms.centre, rolling.atoms.reach.max() + ROUNDING_OF_TOUCH)
     lies_on = np.empty(len(positions), bool)
     parallel_map(

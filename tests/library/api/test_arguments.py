@@ -71,7 +71,7 @@ CALLS = [
         "cavities": "remove", "plugs": False}),
     ("areas", lambda g, **k: sparsurf.areas(g.frames, **k).residues, {}, {
         "frame": 1, "probe_radius": 1.6, "radii": "bondi"}),
-    ("areas", lambda g, **k: sparsurf.areas(g.pdb, **k).residues, {}, {"groups": "A+B"}),
+    ("areas", lambda g, **k: sparsurf.areas(g.pdb, **k).residues, {}, {"groups": "A:1-2+A:3-5,B"}),
     ("points", lambda g, **k: sparsurf.points(g.frames, **k), {"n_dots": 40}, {
         "n_dots": 41, "density": NOT_N | {"density": 0.5}, "fields": ["hydropathy"], **SEED, "frame": 1, "probe_radius": 1.6,
         "radii": "bondi"}),
@@ -89,7 +89,7 @@ CALLS = [
     ("frames", lambda g, **k: sparsurf.frames(g.pdb, **k), {}, {
         "stride": 2, "fields": ["hydropathy"], "probe_radius": 1.6, "radii": "bondi"}),
     ("frames", lambda g, **k: sparsurf.frames(g.pdb, **k).ranking, {}, {"rank": "area"}),
-    ("frames", lambda g, **k: sparsurf.frames(g.pdb, **k).residues, {}, {"groups": "A+B"}),
+    ("frames", lambda g, **k: sparsurf.frames(g.pdb, **k).residues, {}, {"groups": "A:1-2+A:3-5,B"}),
     ("frames", lambda g, **k: sparsurf.frames(PROTEIN, **k), {}, {"cavities": "remove"}),
     ("frames", lambda g, **k: sparsurf.frames(PROTEIN, **k), {"stride": 700}, MOVING),
     ("depth", lambda g, **k: sparsurf.depth(g.frames, **k), {}, {"frame": 1, "probe_radius": 1.6, "radii": "bondi"}),

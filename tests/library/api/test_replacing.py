@@ -177,7 +177,7 @@ def test_the_molecule_of_a_scene_is_not_replaced_by_the_scene_of_a_part_of_it(fo
         ("frames two.pdb -o own.csv.gz", "own_frames.csv.gz"),
         ("frames two.pdb -o own.parquet", "own_frames.parquet"),
         ("frames two.pdb -o own.csv", "own_ranking.csv"),
-        ("frames two.pdb -o own.csv", "own_contacts.csv"),
+        ("frames two.pdb --groups A:1-2+A:3-4 -o own.csv", "own_contacts.csv"),
         ("msms -if s.xyzr -of out -af out", "out.face"),
         ("msms -if s.xyzr -of out -no_header", "out.vert"),
         ("show two.pdb --no-open", "two.html"),

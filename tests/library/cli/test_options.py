@@ -54,6 +54,7 @@ PLACED = {"--probe-radius 1.6": {"probe_radius": 1.6}, "--radii bondi": {"radii"
 OF_DOTS = OF_ATOMS | PLACED | CAGED | {"--d-link 0.7": {"d_link": 0.7}}
 RESIDUES = {"--residues 2-4": {"residues": ["2", "3", "4"]}}
 HYDROPATHY = {"--fields hydropathy": {"fields": "hydropathy"}}
+WITHIN_A = {"--groups A:1-2+A:3-5,B": {"groups": "A:1-2+A:3-5,B"}}  # by default, A and B are partners
 OPTIONS = {
     "surface": {"": {}, **OF_ATOMS, **RESIDUES, **HYDROPATHY, **PLACED,
      "--density 9": {"density": 9}, **CAGED,
@@ -90,9 +91,9 @@ OPTIONS = {
     "show": {"": {}, **OF_ATOMS, **PLACED, **CAGED, "--trajectory run.xtc --rank area": {"trajectory": "run.xtc",
      "rank": "area"}},
     "frames": {"": {}, **{words: keys for words, keys in OF_ATOMS.items() if "frame" not in keys}, **HYDROPATHY, **PLACED,
-     **CAGED, "--stride 2": {"stride": 2}, "--groups A+B": {"groups": "A+B"}, "--rank hydropathy": {"rank": "hydropathy"}},
+     **CAGED, "--stride 2": {"stride": 2}, **WITHIN_A, "--rank hydropathy": {"rank": "hydropathy"}},
     "atoms": {"": {}, **OF_ATOMS, **PLACED, **CAGED},
-    "areas": {"": {}, **OF_ATOMS, **PLACED, **RESIDUES, "--of chains": {"of": "chains"}, "--groups A+B": {"groups": "A+B"}},
+    "areas": {"": {}, **OF_ATOMS, **PLACED, **RESIDUES, "--of chains": {"of": "chains"}, **WITHIN_A},
 }  # fmt: skip
 FILES = {  # in which an option has an effect
     "--assembly-name": "declared.pdb",

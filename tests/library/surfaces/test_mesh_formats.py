@@ -55,7 +55,7 @@ def test_trimesh_opens_a_closed_mesh(mesh, tmp_path, name, colours):
 
 def test_without_trimesh_one_sentence_says_what_to_install(mesh, tmp_path, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "trimesh", None)
-    with pytest.raises(InputError, match=r"pip install 'sparsurf\[meshes\]'"):
+    with pytest.raises(InputError, match="run pip install trimesh,"):
         sparsurf.write(mesh, tmp_path / "m.glb")
     assert not list(tmp_path.iterdir())
     with pytest.raises(InputError, match=r"cannot be written as '\.obj'"):
