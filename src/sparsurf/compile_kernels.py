@@ -51,7 +51,7 @@ def compile_surfaces() -> None:
     from sparsurf.recovery.spheres.explanations import completed
     from sparsurf.recovery.spheres.rebuilding import rebuild
     from sparsurf.recovery.spheres.votes import model_of
-    from sparsurf.surfaces.exact_distance import exact_distance
+    from sparsurf.surfaces.exact_distance import distance_of_dots, exact_distance
     from sparsurf.surfaces.molecular_surface import molecular_surface, roll_spheres
     from sparsurf.surfaces.radii import PROBE_RADIUS
     from sparsurf.views import render
@@ -70,7 +70,9 @@ def compile_surfaces() -> None:
     shell = np.concatenate([np.zeros((1, 3)), 2 * points]), np.full(BALL_DOTS + 1, 1.7)
     for cavities in ("keep", "remove"):
         surface_atoms(shell, cavities=cavities)
-    exact_distance(points, roll_spheres(*helix(), PROBE_RADIUS))
+    rolled = roll_spheres(*helix(), PROBE_RADIUS)
+    exact_distance(points, rolled)
+    distance_of_dots(points, normals, rolled)
     camera = render.aim(points, np.eye(3), (20, 20))  # as for pictures, which need matplotlib
     render.picture(render.draw_surface(points, normals, (0.5, 0.5, 0.5), camera))
 
