@@ -35,6 +35,10 @@ def main(*arguments: str) -> int:
     if "--workflow-profile" not in options:  # jobs run side by side as far as the memory reaches
         options = [f"--resources=mem_mb={memory_of_machine() / 1e6:.0f}", *options]
     try:
+        if "--workflow-profile" in options:  # Snakemake ignores one that is not there
+            profile = "".join(options[options.index("--workflow-profile") + 1 :][:1])
+            if profile != "none" and not any(Path(profile).glob("config*.yaml")):
+                raise InputError(f"{profile} is not a folder with the config.yaml of a Snakemake profile.")
         config = read_config(path)
         if len(files) > 1:
             section = config.get("compare")

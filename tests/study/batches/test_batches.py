@@ -562,7 +562,7 @@ def test_the_same_warning_of_two_structures_is_listed_twice(tmp_path):
     assert listed["sentence"].tolist() == sentences and listed["protein"].tolist() == ["a", "a", "b", "a"]
     assert listed["job"].tolist() == [*3 * ["analyse_batch"], "draw_view"]
     page = " ".join(Path(files["page"]).read_text().split())
-    assert "x19 and 3 more" in page and "x20" not in page  # 23 failed, and 20 are named
+    assert "x19 and 3 more" in page and " x20" not in page  # 23 failed, and 20 are named
     assert "computed in 1 batch." in page and pd.read_csv(files["checks"])["file"].tolist() == [
         "residues/0001.parquet"  # which is missing here
     ]

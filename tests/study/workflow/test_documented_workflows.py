@@ -5,15 +5,17 @@ import os
 import re
 import shutil
 import subprocess
+import sys
 
 import pandas as pd
 import pytest
-from test_slurm import checkout
 
+import kills
 import warm_python
 from conftest import ROOT
 from peptides import peptide, write
 from small_study import output
+from sparsurf_study import manifest
 
 pytestmark = pytest.mark.slow
 
@@ -26,6 +28,18 @@ proteins: {my_protein: {structure: protein.pdb}}
 minimal: {percent: 20}
 """
 SUBMIT = '#!/bin/sh\necho $$ >> submitted; nohup sh "$1" > job.out 2>&1 &\necho $!\n'
+
+
+def checkout(folder):
+    """Make a checkout that is set up: its Python is that of the tests."""
+    kills.checkout(folder)
+    for name in ("Makefile", "pyproject.toml"):
+        (folder / name).symlink_to(ROOT / name)
+    python = folder / ".venv" / "bin" / "python"
+    python.parent.mkdir(parents=True)
+    python.write_text(f'#!/bin/sh\nexec "{sys.executable}" "$@"\n')
+    python.chmod(0o755)
+    return folder
 
 
 @pytest.fixture
@@ -69,14 +83,16 @@ def test_a_prefix_is_put_before_results_and_not_before_input_files(folder, whole
     write_workflow(folder, "prefix")
     files = run(folder)
     assert {name.partition("/")[0] for name in files} == {"surfaces"}
-    same = {
-        name for name in whole if not name.endswith(("index.html", "crate-metadata.json", "warnings.csv"))
-    }
+    differing = ("index.html", "ro-crate-metadata.json", "warnings.csv")
+    same = {name for name in whole if not name.endswith((*differing, manifest.NAME))}
     assert len(same) > 15
     for name in same:
         assert files[f"surfaces/{name}"].read_bytes() == whole[name], name
     warnings = files["surfaces/results/my_study/warnings.csv"].read_text()  # which name the file
     assert warnings.replace(f"{folder}/", "").encode() == whole["results/my_study/warnings.csv"]
+    run_folder = folder / "surfaces" / "results" / "my_study"
+    listed = re.findall(r"  (.+)$", whole[f"results/my_study/{manifest.NAME}"].decode(), re.M)
+    assert [*manifest.read_sums(run_folder)] == listed and not [*manifest.differing(run_folder)]
     crate = json.loads(files["surfaces/results/my_study/ro-crate-metadata.json"].read_text())
     assert "my_protein/c1/minimal.csv" in {part["@id"] for part in crate["@graph"]}
 
@@ -143,14 +159,13 @@ def test_a_profile_of_the_user_sends_the_jobs_to_its_executor(folder, whole):
         assert (place / path).read_bytes() == whole[path]
 
 
+@pytest.mark.skipif(shutil.which("make") is None, reason="make is not installed")
 def test_a_profile_that_is_not_there_is_one_sentence(folder):
     place = checkout(folder / "checkout")
-    call = [place / ".venv" / "bin" / "python", "scripts/study.py", "config.yaml", "--profile", "nowhere"]
+    call = ["make", "-o", "setup", "run", "PROFILE=nowhere"]
     done = subprocess.run(call, cwd=place, capture_output=True, text=True, check=False)
-    assert done.returncode == 2 and done.stderr == (
-        "--profile needs a folder with the config.yaml of a Snakemake profile, but has nowhere.\n"
-    )
-    both = subprocess.run(
-        ["make", "run", "CLUSTER=slurm", "PROFILE=x"], cwd=place, capture_output=True, text=True, check=False
-    )
+    assert done.returncode == 2 and not done.stdout, output(done)
+    assert "nowhere is not a folder with the config.yaml of a Snakemake profile.\n" in done.stderr
+    call = ["make", "run", "CLUSTER=slurm", "PROFILE=x"]
+    both = subprocess.run(call, cwd=place, capture_output=True, text=True, check=False)
     assert both.returncode == 2 and "give only one of the two" in both.stderr
