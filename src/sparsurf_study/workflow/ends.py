@@ -45,7 +45,7 @@ def rows_of(path: Path) -> list[dict[str, str]]:
 def reasons(run: Path, begin: float) -> Iterator[str]:
     """Yield why some results of a run that began at a time are missing."""
     failures = [(log, reason) for log, reason in failures_since(begin, run / "logs")]
-    if stopping.STOPPED.is_set() or any(reason == job_logs.STOPPED for _, reason in failures):
+    if stopping.SIGNALLED.is_set() or any(reason == job_logs.STOPPED for _, reason in failures):
         yield stopping.NOTICE
         return
     yield f"\nSome results could not be computed. Finished results are in {run}/."

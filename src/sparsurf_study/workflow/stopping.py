@@ -11,7 +11,7 @@ from typing import NoReturn
 
 import psutil
 
-STOPPED = threading.Event()  # by SIGTERM or Ctrl-C
+SIGNALLED = threading.Event()  # by SIGTERM or Ctrl-C
 SECONDS_TO_KILL = 5.0  # after the signal, which a kernel that computes for minutes does not notice
 SECONDS_TO_END = 12.0  # of Snakemake, which on Slurm sleeps for up to three minutes before it asks again which jobs have ended
 NOTICE = "\nStopped. Finished results stay; the same command continues where it was."
@@ -28,13 +28,13 @@ def end_jobs_on_sigterm() -> None:
 
 def _interrupt(number: int, frame: FrameType | None) -> NoReturn:
     """Note Ctrl-C, which no log tells where the running jobs have just finished."""
-    STOPPED.set()
+    SIGNALLED.set()
     signal.default_int_handler(number, frame)
 
 
 def _stop(number: int, _: FrameType | None) -> NoReturn:
     signal.signal(number, signal.SIG_IGN)
-    STOPPED.set()
+    SIGNALLED.set()
     threading.Thread(target=_end_jobs).start()  # no daemon: this process waits for the last of them
     raise KeyboardInterrupt
 
