@@ -15,6 +15,7 @@ from peptides import peptide, write
 from small_study import run_script
 from sparsurf.evaluation.residues import residue_table, roughness_over_frames
 from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.settings import SurfaceSettings
 from sparsurf.surfaces.formats.npz import write_npz
 from sparsurf.surfaces.formats.ply import ROUGHNESS_LIMITS
 from sparsurf.surfaces.molecular_surface import molecular_surface
@@ -131,7 +132,8 @@ def test_buried_residues_are_shown_below_all_roughness(molecule, surface, tmp_pa
     kept["weight"] = [1, len(only) - 1]
     kept.to_csv(inputs["minimal"], index=False)
     outputs = {name: tmp_path / f"open.{name}" for name in ("table", "pdb", "pml", "cxc", "bild")}
-    run_script("tabulate_residues", tmp_path, inputs | {"fields": []}, outputs)
+    rules = {"surface": SurfaceSettings().model_dump()}
+    run_script("tabulate_residues", tmp_path, inputs | {"fields": []}, outputs, rules)
     spheres = [line.split()[1:] for line in outputs["bild"].read_text().splitlines() if ".sphere" in line]
     assert np.array(spheres, float).tolist() == [[1.5, 0.25, 7, 0.3], [-2, 3, 8, 0.3]]
     low, high = ROUGHNESS_LIMITS

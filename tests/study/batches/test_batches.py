@@ -83,7 +83,7 @@ def test_values_are_those_of_the_functions(many, name):
     few = sparsurf.minimal(dots, percent=10)
     row = read(many, "surfaces").set_index("protein").loc[name]
     assert row["N"] == len(dots) and row["minimal_n_S"] == len(few)
-    assert row["area"] == pytest.approx(dots.area.sum(), rel=1e-12)
+    assert row["area"] == pytest.approx(dots.total_area, rel=1e-12)
     assert row["mean_roughness"] == pytest.approx(sparsurf.roughness(dots).mean(), rel=1e-12)
     molecule = sparsurf.read_molecule(many / f"structures/{name}.pdb")
     assert (row["atoms"], row["residues"]) == (molecule.n_atoms, molecule.n_residues)

@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 import sparsurf
 from peptides import peptide, write
 from small_study import run_script
+from sparsurf.settings import SurfaceSettings
 from sparsurf.surfaces.formats.npz import write_npz
 
 TURN, SHIFT = Rotation.from_euler("xyz", [30, 110, 200], degrees=True), np.array([30.0, -20, 10])
@@ -83,7 +84,8 @@ def test_the_structure_has_the_roughness_of_its_residues_and_the_kept_dots_their
     few.loc[3, "weight"] += len(surface) - 20
     few.to_csv(inputs["minimal"], index=False)
     outputs = {name: tmp_path / f"open.{name}" for name in ("table", "pdb", "pml", "cxc", "bild")}
-    run_script("tabulate_residues", tmp_path, inputs | {"fields": []}, outputs)
+    rules = {"surface": SurfaceSettings().model_dump()}
+    run_script("tabulate_residues", tmp_path, inputs | {"fields": []}, outputs, rules)
     assert_shown(outputs["pdb"], molecule, table.groupby(["chain", "residue"])["value"].mean().to_dict())
     spheres = [line.split()[1:4] for line in outputs["bild"].read_text().splitlines() if ".sphere" in line]
     assert np.abs(np.array(spheres, float) - surface.points[kept]).max() < 0.001

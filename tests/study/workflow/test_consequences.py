@@ -243,6 +243,7 @@ def test_the_walls_of_a_cavity_are_of_no_residue(tmp_path):
     mean = roughness["roughness"][outside].groupby(molecule.residue_index[dots.atom[outside]]).mean()
     assert residues["dots"].sum() == len(dots) > outside.sum()
     assert np.allclose(residues["mean_roughness"][mean.index], mean)
+    assert np.allclose(residues["area"], sparsurf.areas(molecule).residues["excluded"], atol=0.01)
 
 
 def keys_of(model, prefix=""):
