@@ -11,7 +11,6 @@ from __future__ import annotations
 import heapq
 import math
 from collections.abc import Callable
-from typing import TypeAlias
 
 import numpy as np
 
@@ -32,7 +31,6 @@ from sparsurf.surfaces.half_edges import (
 from sparsurf.surfaces.mesh import Mesh, build_mesh
 from sparsurf.surfaces.molecular_surface import MAX_DENSITY
 
-Entry: TypeAlias = tuple[float, int, int, int, int]  # cost, vertices, half-edge and number among its entries
 MIN_VERTICES = 4
 MIN_REDUCTION = 2.0  # vertices of the fine mesh for each that is left: its own sides are uneven
 RESERVE = 0.9
@@ -42,8 +40,6 @@ MAX_PENALTY = 5.0
 # Twice the area over the square of the longest side, .87 in an equilateral triangle, below which an edge counts as longer. At .1
 # the worst triangles have half the quality; at .5 the mesh lies a sixth farther from the surface.
 SLIVER = 0.3
-# Å^2, squared length up to which edges are sorted first, and the factor by which it grows when all of these are gone
-FIRST_SORTED, WIDER = 1e-3, 1.2
 # Below this penalty all new triangles face within 60 degrees of the normals of their corners, so that none is folded
 FACING = 1.5
 
@@ -155,21 +151,14 @@ def _best_collapse(
 
 
 @njit(cache=True, nogil=True)
-def _entry(h: int, cost: float, origin: np.ndarray, twin: np.ndarray, latest: np.ndarray) -> Entry:
+def _entry(
+    h: int, cost: float, origin: np.ndarray, twin: np.ndarray, latest: np.ndarray
+) -> tuple[float, int, int, int, int]:
     """Return the entry of an edge in the heap; earlier ones of it no longer count."""
     latest[h] += 1
     u, v = origin[h], origin[twin[h]]
     # After the cost the vertices, so that a tie of lengths is decided by the mesh and not by the order of the heap
     return cost, min(u, v), max(u, v), h, latest[h]
-
-
-@njit(cache=True, nogil=True)
-def _wait(entry: Entry, heap: list[Entry], waiting: list[Entry], limit: float) -> None:
-    """Put an entry into the heap, or among those that wait until it is empty."""
-    if entry[0] < limit:
-        heapq.heappush(heap, entry)
-    else:
-        waiting.append(entry)
 
 
 @njit(cache=True, nogil=True)
@@ -183,69 +172,41 @@ def _collapse(
     before = alive + 1
     # entry of the heap that counts, of the lower half-edge of each edge
     latest = np.zeros(len(origin), np.int64)
-    # The number of collapses when the triangles around a vertex last changed, and when the best collapse of an edge was found
-    alive_at_first, changed, computed = (
-        alive,
-        np.zeros(len(points), np.int64),
-        np.zeros(len(origin), np.int64),
-    )
-    goes, penalty = np.zeros(len(origin), np.int64), np.zeros(len(origin))
     may_fold = False  # only where nothing else makes the mesh coarse enough
     while alive > n_vertices and (alive < before or not may_fold):
         may_fold = alive == before
         before = alive
-        # Longer edges wait unsorted, so that the heap fits into the cache of the processor
-        heap, limit = [(0.0, 0, 0, 0, 0) for _ in range(0)], FIRST_SORTED
-        waiting = [(0.0, 0, 0, 0, 0) for _ in range(0)]
+        heap = [(0.0, 0, 0, 0, 0) for _ in range(0)]
         for h in range(len(origin)):
             if not dead[h // 3] and h < twin[h]:
-                waiting.append(
+                heap.append(
                     _entry(h, squared_length(points, origin[h], origin[twin[h]]), origin, twin, latest)
                 )
-        while len(heap) + len(waiting) > 0 and alive > n_vertices:
-            if len(heap) == 0:
-                limit *= WIDER
-                n = 0
-                for k in range(len(waiting)):
-                    if waiting[k][0] < limit:
-                        heap.append(waiting[k])
-                    elif waiting[k][4] == latest[waiting[k][3]]:
-                        waiting[n] = waiting[k]
-                        n += 1
-                waiting = waiting[:n]
-                heapq.heapify(heap)
-                continue
+        heapq.heapify(heap)
+        while len(heap) > 0 and alive > n_vertices:
             cost, _, _, h, entry = heapq.heappop(heap)
             if dead[h // 3] or entry != latest[h] or h > twin[h]:
                 continue
             u, v = origin[h], origin[twin[h]]
-            if max(changed[u], changed[v]) < computed[h]:
-                best, least = goes[h], penalty[h]
-            else:
-                best, least, stamp = _best_collapse(h, points, normals, origin, twin, seen, stamp, may_fold)
-                if best < 0:
-                    continue
-                # Nothing beyond the triangles around both ends decides where the edge itself goes without a fold
-                if least < FACING and (best == h or best == twin[h]):
-                    computed[h], goes[h], penalty[h] = alive_at_first - alive + 1, best, least
+            best, least, stamp = _best_collapse(h, points, normals, origin, twin, seen, stamp, may_fold)
+            if best < 0:
+                continue
             now = squared_length(points, u, v) * least * least
             # The penalty is computed when its edge comes up, since most edges change before; a dearer one waits again
             if now > cost:
-                _wait(_entry(h, now, origin, twin, latest), heap, waiting, limit)
+                heapq.heappush(heap, _entry(h, now, origin, twin, latest))
                 continue
             h, v = best, origin[twin[best]]
             stamp += 1
             mark_neighbours(h, origin, twin, seen, stamp)
             remove_start(h, origin, twin, dead)
             alive -= 1
-            changed[v] = alive_at_first - alive
             start = e = twin[next_edge(next_edge(h))]
             while True:
                 w = origin[twin[e]]
                 if seen[w] == stamp:  # the others keep their length
-                    changed[w] = changed[v]
                     cost = squared_length(points, v, w)
-                    _wait(_entry(min(e, twin[e]), cost, origin, twin, latest), heap, waiting, limit)
+                    heapq.heappush(heap, _entry(min(e, twin[e]), cost, origin, twin, latest))
                 e = around(e, twin)
                 if e == start:
                     break
