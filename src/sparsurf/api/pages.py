@@ -222,9 +222,8 @@ def _extent(surface: Surface, whole: WholeSurface | None, cavity: np.ndarray | N
         return Extent(area, walls, is_known=is_whole)
     is_removed = surface.origin is not None and surface.origin.rules.cavities == "remove"
     if whole.is_owned_by(surface):  # a coarse mesh has a smaller area than the surface that it stands for
-        areas = whole.surface.area
-        walls = float(areas[whole.cavity].sum())
-        return Extent(whole.surface.total_area, walls, is_known=True, cavities_are_removed=is_removed)
+        area, walls = whole.surface.total_area, whole.surface.area_of_walls(whole.cavity)
+        return Extent(area, walls, is_known=True, cavities_are_removed=is_removed)
     return Extent(np.nan, selected_of=len(whole.surface))
 
 

@@ -357,6 +357,13 @@ class Surface(Shown):
         """Area of the surface, Å^2: exact for all dots of a placement, otherwise the sum over the dots."""
         return float(self.area.sum() if self.exact_areas is None else self.exact_areas.sum())
 
+    def area_of_walls(self, cavity: np.ndarray) -> float:
+        """Return the area of the walls of cavities, Å^2, on which dots `cavity` (N,) bool lie; exact where `total_area` is."""
+        if not cavity.any() or self.placed is None or self.exact_areas is None:
+            return float(self.area[cavity].sum())
+        outside = replace(self.placed.rolled, cavities="remove").areas_by_kind(len(self.placed.xyz))
+        return float(self.exact_areas.sum() - outside.sum())
+
     def known_molecule(self, function: str) -> Molecule:
         """Return the molecule of the dots; raise InputError, in the name of a function, if they carry none."""
         if self.molecule is None:
