@@ -439,12 +439,12 @@ def _lists_of_groups(groups: Groups) -> list[list[str]]:
     """Return the items of each group; raise InputError if there are fewer than two groups, or an empty one."""
     given = groups.split("+") if isinstance(groups, str) else groups
     try:
-        each = list(given)
+        in_order = list(given)
     except TypeError:  # a number, or an array without a dimension
         raise InputError(
             f"{argument('groups')} is {given!r}; it must be groups such as H,L+G, or a list."
         ) from None
-    lists = [[item.strip() for item in _as_list(group, "groups", "H,L")] for group in each]
+    lists = [[item.strip() for item in _as_list(group, "groups", "H,L")] for group in in_order]
     if len(lists) < 2:
         raise InputError(f"{argument('groups')}: one group has no partner; name two or more, as in H,L+G.")
     if not all(items and all(items) for items in lists):
