@@ -264,7 +264,10 @@ def frames_of_mdcrd(lines: Lines, n_atoms: int) -> TextFrames:
         cut_at_end = lines.unterminated and lines.ahead is None and not box and len(rows[-1].rstrip()) % width
         if (boxed and len(numbers_of(box)) != 3) or cut_at_end or lines.end_cuts(box):
             raise CutShort
-        vectors = box_vectors(*numbers_of(box), 90.0, 90.0, 90.0) if box else None
+        vectors = None
+        if box:
+            a, b, c = numbers_of(box)
+            vectors = box_vectors(a, b, c, 90.0, 90.0, 90.0)
         yield partial(_frame_of_columns, lines, rows, width, n_atoms, begin, vectors)
 
 

@@ -281,7 +281,7 @@ class FrameStore:
         shape, n_bytes = (self.n_frames, *self.shape), self.file.tell()
         if n_bytes > BYTES_IN_MEMORY:
             self.file.flush()
-            return np.memmap(self.file, float, "r", shape=shape)  # type: ignore[call-overload]
+            return np.memmap(self.file, float, "r", shape=shape)
         self.file.seek(0)
         return np.frombuffer(bytearray(self.file.read())).reshape(shape)
 

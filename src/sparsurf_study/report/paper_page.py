@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -183,7 +183,7 @@ def table1(
     }
 
 
-def said_inside(row: dict[str, Any]) -> str:
+def said_inside(row: dict[Hashable, Any]) -> str:
     """Say whether the published d and Z of a row lie in the central 95 % of its runs."""
     if row["n_runs"] < MIN_RUNS:
         return TOO_FEW
