@@ -11,10 +11,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from sparsurf.api.about import About
-from sparsurf.api.contacts import MAX_ATOMS, occupancy, surroundings, touching
 from sparsurf.api.frames import FramesRequest, frames_request, residues_of_frame
 from sparsurf.api.origin import rows_of_origin
-from sparsurf.api.pages import drawn_without_surface, heading_of
 from sparsurf.arguments import D_LINK, Ranking
 from sparsurf.errors import InputError, argument
 from sparsurf.evaluation.frames import surface_of_frame
@@ -34,12 +32,11 @@ if TYPE_CHECKING:
 
     from sparsurf.dot_fields.registry import FieldLike
     from sparsurf.molecules.molecule import Molecule
-    from sparsurf.views.page.shapes import DrawnAtoms, Shape
+    from sparsurf.views.explorer.shapes import Shape
 
 NAME_IN_ERRORS = "show"
 FRAMES_PER_CORE = 2  # of a batch, after which progress is counted
 PS_PER_NS = 1000
-DENSITY_OF_FRAMES = 0.9  # corners per Å^2
 
 
 class ShownFrame(NamedTuple):
@@ -47,12 +44,11 @@ class ShownFrame(NamedTuple):
 
     shape: Shape
     residues: pd.DataFrame  # numbers of its residues, NaN where one has none
-    buried: pd.DataFrame | None
 
 
 def shown_positions(n_frames: int) -> np.ndarray:
     """Return the positions of the frames that a page shows: every n-th, so that they are at most `MAX_FRAMES`."""
-    from sparsurf.views.page.scene import MAX_FRAMES
+    from sparsurf.views.explorer.page import MAX_FRAMES
 
     return np.arange(0, n_frames, math.ceil(n_frames / MAX_FRAMES))
 
@@ -87,14 +83,12 @@ def page_of_frames(
     request : what is requested of the frames, for the ranking of residues
     say : called with a sentence on the frames and the time that they take
     """
+    from sparsurf.views.explorer.shapes import atoms_to_draw
     from sparsurf.views.overview.frames import overview_of_frames
-    from sparsurf.views.page.shapes import DrawnAtoms, is_trace
 
-    positions, around = shown_positions(molecule.n_frames), surroundings(molecule)
-    atoms, trace = DrawnAtoms(molecule, around), np.flatnonzero(is_trace(molecule))
-    xyz = np.concatenate([part.xyz[positions] for part in atoms.parts], axis=1)
-    drawn = superposed(xyz, trace if len(trace) > 2 else np.flatnonzero(molecule.heavy))
-    is_small = xyz.shape[1] <= MAX_ATOMS
+    positions = shown_positions(molecule.n_frames)
+    atoms, trace, _ = atoms_to_draw(molecule)
+    drawn = superposed(molecule.xyz[positions], atoms[trace[trace >= 0]] if (trace >= 0).sum() > 2 else atoms)
     atom_radii, rules = radii(molecule, request.rules.radii), request.rules
     density = density_for_d_link(molecule, 0, atom_radii, rules, D_LINK, NAME_IN_ERRORS)
     rules = replace(rules, density=density)  # of all frames
@@ -102,7 +96,7 @@ def page_of_frames(
 
     def frame_at(k: int) -> ShownFrame:
         """Compute the surface of a frame, and reduce it to what the page shows."""
-        return shown_frame(molecule, int(positions[k]), drawn[k], atoms, atom_radii, request, is_small)
+        return shown_frame(molecule, int(positions[k]), drawn[k], atoms, atom_radii, request)
 
     begin = time.monotonic()
     frames = [frame_at(0)]
@@ -115,20 +109,15 @@ def page_of_frames(
         frames += parallel_map(lambda k, _, first=first: frame_at(first + k), size, cores, 1)  # type: ignore[misc]
         progress.advance(size)
     progress.close()
-    sentences = tuple(about.heard.sentences) if about.heard else ()
-    if around is not None:
-        labels = dict.fromkeys(around.residue_label(atom) for atom in range(around.n_atoms))
-        sentences = (*sentences, drawn_without_surface([*labels]))
     return overview_of_frames(
-        heading_of(about, molecule),
+        about.name,
         trajectory,
-        atoms,
+        molecule,
         [frame.shape for frame in frames],
         {str(name): np.array([frame.residues[name] for frame in frames]) for name in frames[0].residues},
         (request.ranked_column, request.rank_by),
         [label_of_frame(molecule, int(k)) for k in positions],
-        occupancy([frame.buried for frame in frames]) if is_small else None,
-        sentences,
+        about.heard.sentences if about.heard else (),
         about.heard.left_out if about.heard else None,
         rows_of_origin(about, molecule, rules=rules),
     )
@@ -153,30 +142,26 @@ def shown_frame(
     molecule: Molecule,
     position: int,
     drawn: np.ndarray,
-    atoms: DrawnAtoms,
+    atoms: np.ndarray,
     atom_radii: np.ndarray,
     request: FramesRequest,
-    is_small: bool,
 ) -> ShownFrame:
-    """Compute what a page shows of a frame, at the positions `drawn`, (A, 3): its surface, its residues and contacts."""
-    from sparsurf.surfaces.thinning import coarsened
-    from sparsurf.views.page.shapes import Shape
+    """Compute what a page shows of a frame: its surface as triangles at the positions `drawn`, (A, 3), and its residues."""
+    from sparsurf.surfaces.thinning import DENSITY_OF_PICTURES, coarsened
+    from sparsurf.views.explorer.shapes import Shape
 
     settings = Settings().model_copy(update={"surface": request.rules})
     frame = surface_of_frame(molecule, position, atom_radii, settings, Streams(name=NAME_IN_ERRORS))
     probe, cavities = request.rules.probe_radius, request.rules.cavities
     try:
-        mesh = molecular_mesh(
-            drawn[: molecule.n_atoms].round(3), atom_radii, probe, widest_step(probe), 1, cavities
-        )
+        mesh = molecular_mesh(drawn.round(3), atom_radii, probe, widest_step(probe), 1, cavities)
     except InputError as error:
         raise InputError(
             f"{NAME_IN_ERRORS}, frame {int(molecule.frame_number[position])}: {error.args[0]}"
         ) from None
     columns = dict.fromkeys(("area", "mean_roughness", request.ranked_column))
     residues = residues_of_frame(frame, request, atom_radii, [*columns])
-    buried = touching(molecule, atoms.around, 0, request.rules, drawn) if is_small else None
-    return ShownFrame(Shape(coarsened(mesh, DENSITY_OF_FRAMES), atoms.placed(drawn)), residues, buried)
+    return ShownFrame(Shape(coarsened(mesh, DENSITY_OF_PICTURES), drawn[atoms]), residues)
 
 
 def label_of_frame(molecule: Molecule, position: int) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import logging
 import math
 from dataclasses import replace
@@ -12,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sparsurf.api.about import About, heard, refuse_missing_matplotlib
-from sparsurf.api.contacts import MAX_ATOMS, surroundings, touching
 from sparsurf.api.fields import DEFAULT_FIELDS
 from sparsurf.api.origin import rows_of_origin, rows_of_surface, shown_part
 from sparsurf.api.whole import WholeSurface, whole_surface, with_patches
@@ -22,9 +20,9 @@ from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.evaluation.residues import residue_table
 from sparsurf.files import pluralise
 from sparsurf.messages import no_warnings
-from sparsurf.molecules.source import open_source
 from sparsurf.patches.index import build_grid, select_separated
 from sparsurf.progress import Progress
+from sparsurf.sampling.samplers import farthest
 from sparsurf.settings import PatchesSettings, Settings
 from sparsurf.surfaces.components import (
     COMPONENT_FIELD,
@@ -38,8 +36,8 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from sparsurf.molecules.molecule import Molecule
-    from sparsurf.surfaces.mesh import Mesh
-    from sparsurf.surfaces.surface import Surface, SurfaceOrigin
+    from sparsurf.surfaces.surface import Surface
+    from sparsurf.views.overview.page import DrawnMolecule
 
 
 log = logging.getLogger("sparsurf")
@@ -50,16 +48,13 @@ MAX_DOTS_OF_PICTURE, FEWER_DOTS = 200_000, 50_000
 DOTS_PER_SQUARED_DISTANCE = 0.7
 # Of the grid of triangles between them: 4.3 corners for each dot. The triangles of a wider grid look angular
 STEP_PER_DISTANCE = 1.25
-MIN_DOTS_OF_MESH = 100
-MAX_SPACING_OF_DENSE = 0.7  # Å, of dots between which a mesh needs no reconstruction
-MAX_NAMED = 6  # residues in a sentence
 STEPS_OF_PAGE = 4  # of a page: the roughness, the triangles, the fields, and the page itself
 
 
 def page_of_surface(
     surface: Surface, about: About, colour: str = "roughness", values: np.ndarray | None = None
 ) -> str:
-    """Return the page of a surface: its picture, its residues if the dots know their molecule, and what was left out.
+    """Return the page of a surface: the viewer, its residues if the dots know their molecule, and what was left out.
 
     `colour` is 'roughness' or 'kind', unless there are `values` (N,) of the dots. Of dots whose atoms are known, the roughness is
     that of the whole surface. Of other dots whose patches would be fragmented, the surface that is reconstructed from them is
@@ -67,17 +62,8 @@ def page_of_surface(
     """
     if len(surface) < 2:
         raise InputError("a page needs a surface, and there is a single dot; give all dots of a surface.")
-    from sparsurf.views.overview.page import Facts, Notes, in_list, numbers_of_residues, overview
-    from sparsurf.views.page.dots import ShownDots
-    from sparsurf.views.page.scene import (
-        MAX_BYTES,
-        MAX_BYTES_IN_REPORT,
-        MAX_LARGE_BYTES,
-        DotValues,
-        PageScene,
-        roughness_values,
-    )
-    from sparsurf.views.page.shapes import DrawnAtoms, Shape
+    from sparsurf.views.overview.page import Notes, overview
+    from sparsurf.views.viewer.page import MAX_DOTS, DotValues
 
     given, patches = surface, about.patches or PatchesSettings()
     steps = Progress("steps of the page", STEPS_OF_PAGE)
@@ -106,8 +92,11 @@ def page_of_surface(
     part_of = whole if surface.origin is not None and not about.is_whole else None
     is_owned = distance > 0 or (part_of is not None and part_of.is_owned_by(surface))
     kept, is_selection = about.kept, part_of is not None and not is_owned
-    mesh = drawn_mesh(surface, distance)
+    drawn = None if len(kept) or is_selection else _drawn(surface, distance)
     steps.advance()
+    order = (
+        np.arange(0) if drawn else farthest(prepared, min(len(surface), MAX_DOTS), prepared.stream("view"))
+    )
     molecule = surface.molecule
     with heard("fields") as of_fields:
         shown, missing = with_default_fields(surface, molecule)
@@ -129,89 +118,36 @@ def page_of_surface(
     if components is not None and components.max() > 0:
         parts = components.astype(float)
         named.append(DotValues("component of the surface", COMPONENT_FIELD, "", parts, "largest", "smallest"))
-    has_roughness = bool(np.isfinite(prepared.roughness).any())
-    named = [roughness_values(prepared.roughness)] * has_roughness + named
+    first = 0 if whole is None or values is None else 1  # the roughness comes before the values
     has_kinds = values is None and colour == "kind" and (surface.kind >= 0).any()
-    first = 0 if not has_roughness or values is None else 1  # the roughness comes before the values
-    atoms = around = buried = None
-    if molecule is not None and surface.origin is not None:
-        around = surroundings(molecule)
-        atoms = DrawnAtoms(molecule, around)
-        buried = known_contacts(molecule, around, surface.origin)
-    dots = None
-    if len(kept):
-        name = "the given dots" if len(kept) == len(given) and surface is not given else "the kept dots"
-        dots = ShownDots(prepared, np.asarray(kept), np.asarray(kept), name)
-    elif is_selection or molecule is None:
-        order = prepared.stream("view").permutation(len(surface))
-        dots = ShownDots(prepared, order, opens="all" if is_selection or not len(mesh.triangles) else "none")
-    scene = PageScene(
-        [Shape(mesh, np.empty((0, 3)) if atoms is None else atoms.xyz(surface.origin.frame))],
-        atoms,
-        surface,
-        named,
-        numbers=[*numbers_of_residues(table)] if table is not None else (),
-        dots=dots,
-        contacts=buried,
-        colour="kind" if has_kinds or not named else f"value {first}",
-        order=[] if table is None else in_list(table)[0],
-        n_ranked=0 if table is None else in_list(table)[1],
-    )
+    opens = ("minimal" if len(kept) else "all", "kind" if has_kinds or not (named or whole) else first)
     messages = about.heard
     sentences = (*about.notes, *(messages.sentences if messages else ()), *of_fields.sentences)
-    if around is not None:
-        labels = dict.fromkeys(around.residue_label(atom) for atom in range(around.n_atoms))
-        sentences = (*sentences, drawn_without_surface([*labels]))
-    if atoms is not None and atoms.is_trace:
-        sentences = (
-            *sentences,
-            "The picture holds one atom of each residue, since the molecule is large; the surface is whole.",
-        )
-    facts = Facts(
-        subset=len(kept),
-        dots=len(surface),
+    notes = Notes(None if messages is None else tuple(messages.left_out), sentences)
+    page = overview(
+        title_of(about, given),
+        prepared,
+        order,
+        table,
+        labels=[molecule.residue_label(atom) for atom in range(molecule.n_atoms)] if molecule else (),
+        values=named,
+        kept=kept,
+        opens=opens,
+        notes=notes,
+        missing=[label_and_unit(name)[0] for name in missing],
+        counts=_counts(molecule) if molecule else "",
+        probe=surface.origin.rules.probe_radius if surface.origin else None,
         extent=_extent(given, part_of, cavity, about.is_whole),
-        mean=float(
-            roughness_of_all.mean()
-            if is_owned and roughness_of_all is not None
-            else prepared.roughness.mean()
-        ),
+        mean=float(roughness_of_all.mean()) if is_owned and roughness_of_all is not None else None,
         reconstructed_from=len(given) if surface is not given and not distance else 0,
         chosen_from=len(given) if distance else 0,
         why=" ".join(of_patches.sentences),
-        r_patch=prepared.patches.r_patch,
-        d_link=prepared.patches.d_link,
-        probe=surface.origin.rules.probe_radius if surface.origin else None,
-    )
-    page = overview(
-        title_of(about, given),
-        scene,
-        facts,
-        table,
-        max_bytes=MAX_BYTES_IN_REPORT if about.links else MAX_LARGE_BYTES if distance else MAX_BYTES,
-        notes=Notes(None if messages is None else tuple(messages.left_out), sentences),
-        missing=[label_and_unit(name)[0] for name in missing],
-        counts=_counts(molecule) if molecule else "",
         links=about.links,
+        drawn=drawn,
         origin=rows_of_surface(about, surface),
     )
     steps.close()
     return page
-
-
-def known_contacts(molecule: Molecule, around: Molecule | None, origin: SurfaceOrigin) -> pd.DataFrame | None:
-    """Return the contacts of a molecule; None where it is too large for a page."""
-    n_atoms = molecule.n_atoms + (0 if around is None else around.n_atoms)
-    return touching(molecule, around, origin.frame, origin.rules) if n_atoms <= MAX_ATOMS else None
-
-
-def drawn_without_surface(labels: list[str]) -> str:
-    """Return the sentence on what a page draws beside the molecule."""
-    first = ", ".join(labels[:MAX_NAMED]) + (
-        f" and {len(labels) - MAX_NAMED} more" if len(labels) > MAX_NAMED else ""
-    )
-    verb = "is" if len(labels) == 1 else "are"
-    return f"{first} {verb} drawn, and the surface leaves {'it' if len(labels) == 1 else 'them'} out."
 
 
 def _distance_of_dots(surface: Surface, whole: WholeSurface | None, about: About) -> float:
@@ -243,40 +179,37 @@ def _surface_of_patches(surface: Surface, about: About, patches: PatchesSettings
         return None
 
 
-def drawn_mesh(surface: Surface, distance: float = 0.0) -> Mesh:
-    """Return the mesh that a picture shows of dots: that of their atoms, or one between the dots; empty where there is none.
+def _drawn(surface: Surface, distance: float) -> DrawnMolecule | None:
+    """Return the surface of dots as triangles with the atoms below; None where its molecule is not known, or it is too large.
 
-    Where the dots are some of a large surface, at a `distance`, Å, the triangles lie between them, since those of its atoms take
-    minutes.
+    Where the dots are some of a large surface, at a `distance`, the triangles lie between them: those of its atoms take minutes.
     """
     from scipy.spatial import cKDTree
 
-    from sparsurf.recovery.mesh import mesh_of_dense, recovered_mesh
-    from sparsurf.surfaces.mesh import widest_step
-    from sparsurf.surfaces.radii import PROBE_RADIUS
-    from sparsurf.surfaces.spacing import spacing
+    from sparsurf.recovery.mesh import mesh_of_dense
     from sparsurf.surfaces.thinning import DENSITY_OF_PICTURES, coarsened, mesh_of_picture
-    from sparsurf.views.page.shapes import no_mesh
+    from sparsurf.views.explorer.shapes import atoms_to_draw
+    from sparsurf.views.overview.page import DrawnMolecule
 
+    molecule, origin = surface.molecule, surface.origin
+    if molecule is None or origin is None:
+        return None
     try:
-        if surface.origin is not None and not distance:
-            return mesh_of_picture(surface.origin, available_cores())
-        apart = distance or spacing(surface.points)
-        if len(surface) < MIN_DOTS_OF_MESH:
-            return no_mesh()
-        step = max(widest_step(PROBE_RADIUS), STEP_PER_DISTANCE * distance)
-        with no_warnings():
-            if distance or apart < MAX_SPACING_OF_DENSE:
-                mesh = mesh_of_dense(surface.points, surface.normals, step, available_cores())
-            else:
-                mesh = recovered_mesh(
-                    surface.points, surface.normals, step, 2 / step**2, threads=available_cores()
+        if distance:
+            with no_warnings():
+                mesh = mesh_of_dense(
+                    surface.points, surface.normals, STEP_PER_DISTANCE * distance, available_cores()
                 )
-            mesh = coarsened(mesh, DENSITY_OF_PICTURES)
-    except InputError:  # a grid around it does not fit into the memory, or the dots enclose nothing
-        return no_mesh()
-    nearest = np.asarray(cKDTree(surface.points).query(mesh.vertices.points)[1])
-    return replace(mesh, vertices=replace(mesh.vertices, atom=surface.atom[nearest]))
+        else:
+            mesh = mesh_of_picture(origin, available_cores())
+    except InputError:  # a grid around it does not fit into the memory
+        return None
+    if distance:
+        nearest = np.asarray(cKDTree(surface.points).query(mesh.vertices.points)[1])
+        mesh = replace(mesh, vertices=replace(mesh.vertices, atom=surface.atom[nearest]))
+        mesh = coarsened(mesh, DENSITY_OF_PICTURES)
+    atoms = atoms_to_draw(molecule)[0]
+    return DrawnMolecule(molecule, mesh, molecule.xyz[origin.frame][atoms])
 
 
 def _extent(surface: Surface, whole: WholeSurface | None, cavity: np.ndarray | None, is_whole: bool) -> Any:
@@ -298,41 +231,7 @@ def title_of(about: About, surface: Surface) -> str:
     """Return the heading of a page."""
     if not about.name:
         return repr(surface)
-    return f"{heading_of(about, surface.molecule)}{shown_part(about, surface)}"
-
-
-def heading_of(about: About, molecule: Molecule | None) -> str:
-    """Return the title that the file of a molecule states, or its name with its chains."""
-    if stated := stated_title(molecule.files[0] if molecule is not None and molecule.files else ""):
-        return stated
-    chains = [] if molecule is None else [name for name in dict.fromkeys(molecule.chain.tolist()) if name]
-    few = 0 < len(chains) <= MAX_NAMED
-    return (
-        f"{about.name}, {'chain' if len(chains) == 1 else 'chains'} {', '.join(chains)}"
-        if few
-        else about.name
-    )
-
-
-def stated_title(path: str) -> str:
-    """Return the title in the records or items of a structure's file; empty where it states none."""
-    from gemmi import cif
-
-    try:
-        source = open_source(path) if path else None
-        if source is not None and source.format.name == "pdb":
-            with source.lines() as lines:
-                before = itertools.takewhile(
-                    lambda line: not line.startswith(("ATOM", "HETATM", "MODEL")), lines
-                )
-                titles = [line[10:80].strip() for line in before if line.startswith("TITLE")]
-            return " ".join(" ".join(titles).split())
-        if source is not None and source.format.name == "mmcif":
-            stated = cif.read_string(source.text()).sole_block().find_value("_struct.title")
-            return " ".join(cif.as_string(stated).split()) if stated else ""
-    except (InputError, OSError, RuntimeError, ValueError):  # the file was read before, and may be gone
-        pass
-    return ""
+    return f"The surface of {about.name}{shown_part(about, surface)}"
 
 
 def with_default_fields(surface: Surface, molecule: Molecule | None) -> tuple[Surface, list[str]]:
