@@ -90,11 +90,11 @@ def numbered(path, numbers):
     return "".join(f"{line[:21]}A{new[line[22:26]]:4d}{line[26:]}\n" for line in lines)
 
 
-def models(path, n):
-    """Text of a PDB file with n models, each stretched a little more along x."""
+def models(path, n, stretch=0.01, shift=0.0):
+    """Text of a PDB file with n models, each stretched and shifted (Å) a little more along x."""
     lines = [line for line in path.read_text().splitlines() if line.startswith("ATOM")]
     moved = [
-        [f"{line[:30]}{float(line[30:38]) * (1 + 0.01 * k):8.3f}{line[38:]}" for line in lines]
+        [f"{line[:30]}{float(line[30:38]) * (1 + stretch * k) + shift * k:8.3f}{line[38:]}" for line in lines]
         for k in range(n)
     ]
     return "".join(f"MODEL     {k + 1:4d}\n" + "\n".join(rows) + "\nENDMDL\n" for k, rows in enumerate(moved))
@@ -246,11 +246,12 @@ def test_roughness_is_that_of_the_call_and_not_of_the_file_in_every_format(folde
 
 
 def test_fields_of_a_frame_follow_from_its_own_atoms(folder, tmp_path):
-    """The models are one molecule, moved along x."""
+    """The first models are one molecule, moved along x."""
+    (tmp_path / "moved.pdb").write_text(models(folder / "protein.pdb", 3, stretch=0.0, shift=0.3))
     found = []
     for k in (0, 2):
         call = ["--frame", k, "--fields", "potential", "-o", tmp_path / "dots.csv"]
-        assert ended("surface", folder / "models.pdb", *call) == 0
+        assert ended("surface", tmp_path / "moved.pdb", *call) == 0
         found.append(pd.read_csv(tmp_path / "dots.csv")["potential"])
     assert np.allclose(*found, rtol=2e-3, atol=1e-3)
     dots = sparsurf.surface(folder / "models.pdb", frame=2)
