@@ -247,7 +247,9 @@ def test_one_study_at_a_time(checkout, capsys):
 def test_memory_counts_where_jobs_run_on_this_machine(checkout):
     large = checkout.config(evaluation={"draws": 1000, "test_dots": 400})
     assert study.main(large) == 2 and not checkout.calls
-    assert study.main(checkout.config(), "--workflow-profile", "p") == 0
+    (checkout.root / "p").mkdir()
+    (checkout.root / "p" / "config.yaml").write_text("jobs: 1\n")
+    assert study.main(checkout.config(), "--workflow-profile", str(checkout.root / "p")) == 0
     assert study.main(checkout.config(), "--resources", "mem_mb=1000") == 0
     assert "--resources=mem_mb=4100" not in checkout.calls[0]
     assert checkout.calls[1][-2:] == ["--resources", "mem_mb=1000"]  # Snakemake takes the last
