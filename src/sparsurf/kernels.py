@@ -14,7 +14,8 @@ import os
 import re
 import sys
 import uuid
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
@@ -23,6 +24,11 @@ import numba
 from numba.core import caching, runtime
 
 from sparsurf import progress
+
+try:
+    import fcntl
+except ImportError:  # Windows
+    fcntl = None  # type: ignore[assignment]
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -59,12 +65,25 @@ class StoredForms(Files):
     def save(self, key: Any, data: Any) -> None:
         """Store a form, then name it in the index, then remove the forms that the index does not name."""
         file = f"{self._name}.{uuid.uuid4().hex[:16]}.nbc"
-        self._save_data(file, data)
-        forms = self._load_index() | {key: file}
-        self._save_index(forms)
-        for path in self._folder.glob(f"{glob.escape(self._name)}.*.nbc"):
-            if path.name not in forms.values():
-                path.unlink(missing_ok=True)
+        with _locked(self._folder):  # another process may have stored a form that it has not named yet
+            self._save_data(file, data)
+            forms = self._load_index() | {key: file}
+            self._save_index(forms)
+            for path in self._folder.glob(f"{glob.escape(self._name)}.*.nbc"):
+                if path.name not in forms.values():
+                    path.unlink(missing_ok=True)
+
+
+@contextmanager
+def _locked(folder: Path) -> Iterator[None]:
+    """Hold the lock of a folder, where its system has such locks."""
+    with ExitStack() as stack:
+        if fcntl is not None:
+            place = os.open(folder, os.O_RDONLY)
+            stack.callback(os.close, place)
+            with suppress(OSError):  # a file system without locks
+                fcntl.flock(place, fcntl.LOCK_EX)
+        yield
 
 
 class LightCache(Cache):

@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 from conftest import ROOT
 from sparsurf import kernels
@@ -173,6 +174,21 @@ show protein.pdb --no-open -o page.html
 show minimal.csv --no-open -o page.html
 show mesh.ply --no-open -o page.html
 """
+
+
+def test_two_processes_that_store_one_kernel_keep_both_forms(tmp_path, monkeypatch):
+    """As the two parts of the build of a wheel do; the lock is that of an open folder, so that threads show it."""
+    load, forms = kernels.StoredForms._load_index, [kernels.StoredForms(tmp_path, "k", 1) for _ in range(4)]
+
+    def load_slowly(self):
+        index = load(self)
+        time.sleep(0.1)
+        return index
+
+    monkeypatch.setattr(kernels.StoredForms, "_load_index", load_slowly)
+    with ThreadPoolExecutor() as pool:
+        list(pool.map(lambda number: forms[number].save(number, str(number)), range(4)))
+    assert [forms[0].load(number) for number in range(4)] == ["0", "1", "2", "3"]
 
 
 def test_no_command_compiles_a_kernel_after_the_installation(tmp_path):
