@@ -117,6 +117,7 @@ def test_a_defect_is_a_sentence_that_names_the_log_with_its_traceback(folder, mo
     monkeypatch.chdir(folder)
     monkeypatch.setattr(sys, "argv", ["debug", ROUGHNESS, "--configfile", "config.yaml"])
     monkeypatch.setattr(debug, "run_job", run_job)
+    monkeypatch.setattr(sys, "gettrace", lambda: None)  # where coverage is measured, too
     assert debug.main() == 1
     told = capsys.readouterr().err.strip()
     assert (

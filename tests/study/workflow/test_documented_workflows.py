@@ -163,7 +163,8 @@ def test_a_profile_of_the_user_sends_the_jobs_to_its_executor(folder, whole):
 def test_a_profile_that_is_not_there_is_one_sentence(folder):
     place = checkout(folder / "checkout")
     call = ["make", "-o", "setup", "run", "PROFILE=nowhere"]
-    done = subprocess.run(call, cwd=place, capture_output=True, text=True, check=False)
+    outside = {name: value for name, value in os.environ.items() if not name.startswith("MAKE")}
+    done = subprocess.run(call, cwd=place, env=outside, capture_output=True, text=True, check=False)
     assert done.returncode == 2 and not done.stdout, output(done)
     assert "nowhere is not a folder with the config.yaml of a Snakemake profile.\n" in done.stderr
     call = ["make", "run", "CLUSTER=slurm", "PROFILE=x"]
