@@ -21,13 +21,13 @@ def answers_of_run(run: Path, is_paper: bool = False) -> str:
     """Return the answers, the number of warnings and the first page of a run."""
     crate = json.loads((run / "ro-crate-metadata.json").read_text(encoding="utf-8"))
     answers = next(entry["abstract"] for entry in crate["@graph"] if "abstract" in entry)
-    broken = rows_of(run / "checks.csv")
+    broken, failed = rows_of(run / "checks.csv"), len(rows_of(run / "failures.csv"))
     checks = pluralise(len(broken), "contradiction") if broken else "all results agree with one another"
     return "\n".join(
         [
             "",
             *(f"Answer    {text}" for text in answers),
-            f"Failed    {len(rows_of(run / 'failures.csv'))} parts, see {run / 'failures.csv'}",
+            *([f"Failed    {pluralise(failed, 'part')}, see {run / 'failures.csv'}"] if failed else []),
             f"Warnings  {len(rows_of(run / 'warnings.csv'))} in {run / 'warnings.csv'}",
             f"Checks    {checks}",
             *(f"          {run / row['file']}: {row['sentence']}" for row in broken[:MAX_CONTRADICTIONS]),
