@@ -28,6 +28,8 @@ from sparsurf.surfaces.radii import PROBE_RADIUS, RADII
 from sparsurf.surfaces.radii import radii as radii_of
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     import pandas as pd
     from numpy.typing import ArrayLike
 
@@ -39,6 +41,7 @@ MAX_ACCESSIBLE_AREA = {
 }  # fmt: skip
 MAIN_CHAIN = ("N", "CA", "C", "O", "OXT", "OT1", "OT2", "P", "OP1", "OP2", "OP3", "O1P", "O2P", "O3P")
 POLAR_ELEMENTS = ("N", "O")
+TOUCHED_AREA = 1.0  # Å^2, that a partner buries of a residue that it touches
 
 
 @dataclass(frozen=True, eq=False)
@@ -290,6 +293,33 @@ def table_of_contacts(
     listed = np.flatnonzero(sums)
     table = molecule.residues.iloc[listed // n].reset_index(drop=True)
     return table.assign(partner=np.array(partners.names)[listed % n], buried=sums[listed])
+
+
+def contacts_over_frames(
+    molecule: Molecule, partners: Partners, contacts: Iterable[np.ndarray], n_frames: int
+) -> pd.DataFrame:
+    """Return the table of contacts of some frames, numbered by the residue, from their rows of `sums_of_contacts`."""
+    names = np.array(partners.names)
+    keys, sums = np.zeros(0, int), np.zeros((3, 0))  # number of frames, sum and highest of the buried area
+    for part in contacts:
+        residue, partner = part[:, :2].astype(int).T
+        buried, n_before = part[:, 2], len(keys)
+        keys, row = np.unique(np.concatenate([keys, residue * len(names) + partner]), return_inverse=True)
+        new = np.zeros((3, len(keys)))
+        new[:, row[:n_before]] = sums
+        np.add.at(new[0], row[n_before:], buried >= TOUCHED_AREA)
+        np.add.at(new[1], row[n_before:], buried)
+        np.maximum.at(new[2], row[n_before:], buried)
+        sums = new
+    occupancy, mean = sums[:2] / n_frames
+    table = molecule.residues.iloc[keys // len(names)]
+    return table.assign(partner=names[keys % len(names)], occupancy=occupancy, mean=mean, highest=sums[2])
+
+
+def sums_of_contacts(residue: np.ndarray, partner: np.ndarray, buried: np.ndarray) -> np.ndarray:
+    """Return residue, partner and the area that the partner buries of it, (m, 3), from the rows of atoms."""
+    pairs, row = np.unique(np.column_stack([residue, partner]), axis=0, return_inverse=True)
+    return np.column_stack([pairs, np.bincount(row.ravel(), buried, len(pairs))])
 
 
 def maximal_areas(residue_name: np.ndarray) -> np.ndarray:

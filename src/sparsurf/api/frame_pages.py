@@ -13,6 +13,8 @@ import numpy as np
 from sparsurf.api.about import About
 from sparsurf.api.frames import FramesRequest, frames_request, residues_of_frame
 from sparsurf.api.origin import rows_of_origin
+from sparsurf.api.pages import heading_of
+from sparsurf.api.surroundings import contacts_on_page, drawn_without_surface, with_surroundings
 from sparsurf.arguments import D_LINK, Ranking
 from sparsurf.errors import InputError, argument
 from sparsurf.evaluation.frames import surface_of_frame
@@ -32,11 +34,12 @@ if TYPE_CHECKING:
 
     from sparsurf.dot_fields.registry import FieldLike
     from sparsurf.molecules.molecule import Molecule
-    from sparsurf.views.explorer.shapes import Shape
+    from sparsurf.views.page.shapes import DrawnAtoms, Shape
 
 NAME_IN_ERRORS = "show"
 FRAMES_PER_CORE = 2  # of a batch, after which progress is counted
 PS_PER_NS = 1000
+DENSITY_OF_FRAMES = 0.9  # corners per Å^2
 
 
 class ShownFrame(NamedTuple):
@@ -48,7 +51,7 @@ class ShownFrame(NamedTuple):
 
 def shown_positions(n_frames: int) -> np.ndarray:
     """Return the positions of the frames that a page shows: every n-th, so that they are at most `MAX_FRAMES`."""
-    from sparsurf.views.explorer.page import MAX_FRAMES
+    from sparsurf.views.page.scene import MAX_FRAMES
 
     return np.arange(0, n_frames, math.ceil(n_frames / MAX_FRAMES))
 
@@ -83,12 +86,12 @@ def page_of_frames(
     request : what is requested of the frames, for the ranking of residues
     say : called with a sentence on the frames and the time that they take
     """
-    from sparsurf.views.explorer.shapes import atoms_to_draw
     from sparsurf.views.overview.frames import overview_of_frames
+    from sparsurf.views.page.shapes import DrawnAtoms, is_trace
 
-    positions = shown_positions(molecule.n_frames)
-    atoms, trace, _ = atoms_to_draw(molecule)
-    drawn = superposed(molecule.xyz[positions], atoms[trace[trace >= 0]] if (trace >= 0).sum() > 2 else atoms)
+    positions, shown = shown_positions(molecule.n_frames), with_surroundings(molecule)
+    atoms, trace = DrawnAtoms(shown, molecule.n_residues), np.flatnonzero(is_trace(molecule))
+    drawn = superposed(shown.xyz[positions], trace if len(trace) > 2 else np.flatnonzero(molecule.heavy))
     atom_radii, rules = radii(molecule, request.rules.radii), request.rules
     density = density_for_d_link(molecule, 0, atom_radii, rules, D_LINK, NAME_IN_ERRORS)
     rules = replace(rules, density=density)  # of all frames
@@ -109,15 +112,18 @@ def page_of_frames(
         frames += parallel_map(lambda k, _, first=first: frame_at(first + k), size, cores, 1)  # type: ignore[misc]
         progress.advance(size)
     progress.close()
+    sentences = [*(about.heard.sentences if about.heard else ())]
+    sentences += drawn_without_surface(shown, molecule.n_atoms)
     return overview_of_frames(
-        about.name,
+        heading_of(about, molecule),
         trajectory,
-        molecule,
+        atoms,
         [frame.shape for frame in frames],
         {str(name): np.array([frame.residues[name] for frame in frames]) for name in frames[0].residues},
         (request.ranked_column, request.rank_by),
         [label_of_frame(molecule, int(k)) for k in positions],
-        about.heard.sentences if about.heard else (),
+        contacts_on_page(shown, drawn, rules),
+        sentences,
         about.heard.left_out if about.heard else None,
         rows_of_origin(about, molecule, rules=rules),
     )
@@ -142,26 +148,28 @@ def shown_frame(
     molecule: Molecule,
     position: int,
     drawn: np.ndarray,
-    atoms: np.ndarray,
+    atoms: DrawnAtoms,
     atom_radii: np.ndarray,
     request: FramesRequest,
 ) -> ShownFrame:
-    """Compute what a page shows of a frame: its surface as triangles at the positions `drawn`, (A, 3), and its residues."""
-    from sparsurf.surfaces.thinning import DENSITY_OF_PICTURES, coarsened
-    from sparsurf.views.explorer.shapes import Shape
+    """Compute what a page shows of a frame, at the positions `drawn`, (A, 3): its surface and its residues."""
+    from sparsurf.surfaces.thinning import coarsened
+    from sparsurf.views.page.shapes import Shape
 
     settings = Settings().model_copy(update={"surface": request.rules})
     frame = surface_of_frame(molecule, position, atom_radii, settings, Streams(name=NAME_IN_ERRORS))
     probe, cavities = request.rules.probe_radius, request.rules.cavities
     try:
-        mesh = molecular_mesh(drawn.round(3), atom_radii, probe, widest_step(probe), 1, cavities)
+        mesh = molecular_mesh(
+            drawn[: molecule.n_atoms].round(3), atom_radii, probe, widest_step(probe), 1, cavities
+        )
     except InputError as error:
         raise InputError(
             f"{NAME_IN_ERRORS}, frame {int(molecule.frame_number[position])}: {error.args[0]}"
         ) from None
     columns = dict.fromkeys(("area", "mean_roughness", request.ranked_column))
     residues = residues_of_frame(frame, request, atom_radii, [*columns])
-    return ShownFrame(Shape(coarsened(mesh, DENSITY_OF_PICTURES), drawn[atoms]), residues)
+    return ShownFrame(Shape(coarsened(mesh, DENSITY_OF_FRAMES), atoms.placed(drawn)), residues)
 
 
 def label_of_frame(molecule: Molecule, position: int) -> str:

@@ -12,7 +12,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple, overload
 import numpy as np
 
 from sparsurf import kinds
-from sparsurf.api.areas import maximal_areas, refuse_overlapping_partners
+from sparsurf.api.areas import (
+    contacts_over_frames,
+    maximal_areas,
+    refuse_overlapping_partners,
+    sums_of_contacts,
+)
 from sparsurf.api.field_values import check_fields
 from sparsurf.api.inputs import MoleculeLike, as_molecule, opened_source
 from sparsurf.api.parts import (
@@ -78,7 +83,6 @@ log = logging.getLogger("sparsurf")
 FORMATS = kinds.suffixes("frames")
 FRAMES_PER_PART = 10  # that are stored together, and computed again after a stop
 OF_FRAMES = ("xyz", "time_ps", "frame_number")  # arrays of a molecule with a row for each frame
-TOUCHED_AREA = 1.0  # Å^2, that a partner buries of a residue that it touches
 EXACT_AREAS = ("accessible", "relative", "buried")
 RESIDUE_COLUMNS = ("area", "mean_roughness", "depth", *EXACT_AREAS)
 # by which residues are ranked without a field
@@ -342,27 +346,9 @@ def partners_of_request(molecule: Molecule, request: FramesRequest) -> Partners:
 
 def _contacts(molecule: Molecule, request: FramesRequest, parts: Iterator[Part]) -> pd.DataFrame:
     """Return the table of contacts of all frames."""
-    names = np.array(partners_of_request(molecule, request).names)
-    keys, sums = np.zeros(0, int), np.zeros((3, 0))  # number of frames, sum and highest of the buried area
-    for part in parts:
-        residue, partner = part.contacts[:, :2].astype(int).T
-        buried, n_before = part.contacts[:, 2], len(keys)
-        keys, row = np.unique(np.concatenate([keys, residue * len(names) + partner]), return_inverse=True)
-        new = np.zeros((3, len(keys)))
-        new[:, row[:n_before]] = sums
-        np.add.at(new[0], row[n_before:], buried >= TOUCHED_AREA)
-        np.add.at(new[1], row[n_before:], buried)
-        np.maximum.at(new[2], row[n_before:], buried)
-        sums = new
-    table = molecule.residues.iloc[keys // len(names)].reset_index(drop=True)
-    shares = sums[:2] / molecule.n_frames
-    columns = {
-        "partner": names[keys % len(names)],
-        "occupancy": shares[0],
-        "mean": shares[1],
-        "highest": sums[2],
-    }
-    return table.assign(**columns)[[*COLUMNS_OF_CONTACTS]]
+    partners = partners_of_request(molecule, request)
+    found = contacts_over_frames(molecule, partners, (part.contacts for part in parts), molecule.n_frames)
+    return found[[*COLUMNS_OF_CONTACTS]].reset_index(drop=True)
 
 
 class Written(NamedTuple):
@@ -439,9 +425,7 @@ def _contacts_of_frame(frame: FrameSurface, partners: Partners) -> np.ndarray:
     if len(partners.names) == 1:
         return np.zeros((0, 3))
     atom, partner, buried = contacts_of_rolled(frame.rolled.rolled, frame.rolled.kept, partners.number)
-    pairs = np.column_stack([frame.molecule.residue_index[atom], partner])
-    pairs, row = np.unique(pairs, axis=0, return_inverse=True)
-    return np.column_stack([pairs, np.bincount(row.ravel(), buried, len(pairs))])
+    return sums_of_contacts(frame.molecule.residue_index[atom], partner, buried)
 
 
 def residues_of_frame(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import logging
 import math
 from dataclasses import replace
@@ -13,6 +14,13 @@ import numpy as np
 from sparsurf.api.about import About, heard, refuse_missing_matplotlib
 from sparsurf.api.fields import DEFAULT_FIELDS
 from sparsurf.api.origin import rows_of_origin, rows_of_surface, shown_part
+from sparsurf.api.surroundings import (
+    MAX_ATOMS,
+    MAX_NAMED,
+    contacts_on_page,
+    drawn_without_surface,
+    with_surroundings,
+)
 from sparsurf.api.whole import WholeSurface, whole_surface, with_patches
 from sparsurf.dot_fields.registry import compute_fields, label_and_unit
 from sparsurf.errors import InputError
@@ -20,9 +28,9 @@ from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.evaluation.residues import residue_table
 from sparsurf.files import pluralise
 from sparsurf.messages import no_warnings
+from sparsurf.molecules.source import open_source
 from sparsurf.patches.index import build_grid, select_separated
 from sparsurf.progress import Progress
-from sparsurf.sampling.samplers import farthest
 from sparsurf.settings import PatchesSettings, Settings
 from sparsurf.surfaces.components import (
     COMPONENT_FIELD,
@@ -36,8 +44,8 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from sparsurf.molecules.molecule import Molecule
+    from sparsurf.surfaces.mesh import Mesh
     from sparsurf.surfaces.surface import Surface
-    from sparsurf.views.overview.page import DrawnMolecule
 
 
 log = logging.getLogger("sparsurf")
@@ -48,13 +56,15 @@ MAX_DOTS_OF_PICTURE, FEWER_DOTS = 200_000, 50_000
 DOTS_PER_SQUARED_DISTANCE = 0.7
 # Of the grid of triangles between them: 4.3 corners for each dot. The triangles of a wider grid look angular
 STEP_PER_DISTANCE = 1.25
+MIN_DOTS_OF_MESH = 100
+MAX_SPACING_OF_DENSE = 0.7  # Å, of dots between which a mesh needs no reconstruction
 STEPS_OF_PAGE = 4  # of a page: the roughness, the triangles, the fields, and the page itself
 
 
 def page_of_surface(
     surface: Surface, about: About, colour: str = "roughness", values: np.ndarray | None = None
 ) -> str:
-    """Return the page of a surface: the viewer, its residues if the dots know their molecule, and what was left out.
+    """Return the page of a surface: its picture, its residues if the dots know their molecule, and what was left out.
 
     `colour` is 'roughness' or 'kind', unless there are `values` (N,) of the dots. Of dots whose atoms are known, the roughness is
     that of the whole surface. Of other dots whose patches would be fragmented, the surface that is reconstructed from them is
@@ -62,8 +72,17 @@ def page_of_surface(
     """
     if len(surface) < 2:
         raise InputError("a page needs a surface, and there is a single dot; give all dots of a surface.")
-    from sparsurf.views.overview.page import Notes, overview
-    from sparsurf.views.viewer.page import MAX_DOTS, DotValues
+    from sparsurf.views.overview.page import Facts, Notes, in_list, numbers_of_residues, overview
+    from sparsurf.views.page.dots import ShownDots
+    from sparsurf.views.page.scene import (
+        MAX_BYTES,
+        MAX_BYTES_IN_REPORT,
+        MAX_LARGE_BYTES,
+        DotValues,
+        PageScene,
+        roughness_values,
+    )
+    from sparsurf.views.page.shapes import DrawnAtoms, Shape
 
     given, patches = surface, about.patches or PatchesSettings()
     steps = Progress("steps of the page", STEPS_OF_PAGE)
@@ -92,11 +111,8 @@ def page_of_surface(
     part_of = whole if surface.origin is not None and not about.is_whole else None
     is_owned = distance > 0 or (part_of is not None and part_of.is_owned_by(surface))
     kept, is_selection = about.kept, part_of is not None and not is_owned
-    drawn = None if len(kept) or is_selection else _drawn(surface, distance)
+    mesh = drawn_mesh(surface, distance)
     steps.advance()
-    order = (
-        np.arange(0) if drawn else farthest(prepared, min(len(surface), MAX_DOTS), prepared.stream("view"))
-    )
     molecule = surface.molecule
     with heard("fields") as of_fields:
         shown, missing = with_default_fields(surface, molecule)
@@ -118,32 +134,69 @@ def page_of_surface(
     if components is not None and components.max() > 0:
         parts = components.astype(float)
         named.append(DotValues("component of the surface", COMPONENT_FIELD, "", parts, "largest", "smallest"))
-    first = 0 if whole is None or values is None else 1  # the roughness comes before the values
+    has_roughness = bool(np.isfinite(prepared.roughness).any())
+    named = [roughness_values(prepared.roughness)] * has_roughness + named
     has_kinds = values is None and colour == "kind" and (surface.kind >= 0).any()
-    opens = ("minimal" if len(kept) else "all", "kind" if has_kinds or not (named or whole) else first)
-    messages = about.heard
-    sentences = (*about.notes, *(messages.sentences if messages else ()), *of_fields.sentences)
-    notes = Notes(None if messages is None else tuple(messages.left_out), sentences)
-    page = overview(
-        title_of(about, given),
-        prepared,
-        order,
-        table,
-        labels=[molecule.residue_label(atom) for atom in range(molecule.n_atoms)] if molecule else (),
-        values=named,
-        kept=kept,
-        opens=opens,
-        notes=notes,
-        missing=[label_and_unit(name)[0] for name in missing],
-        counts=_counts(molecule) if molecule else "",
-        probe=surface.origin.rules.probe_radius if surface.origin else None,
+    first = 0 if not has_roughness or values is None else 1  # the roughness comes before the values
+    atoms = buried = None
+    messages, xyz = about.heard, np.empty((0, 3))
+    sentences = [*about.notes, *(messages.sentences if messages else ()), *of_fields.sentences]
+    if molecule is not None and surface.origin is not None:
+        drawn = with_surroundings(molecule)
+        atoms, xyz = DrawnAtoms(drawn, molecule.n_residues), drawn.xyz[surface.origin.frame]
+        buried = contacts_on_page(drawn, [xyz], surface.origin.rules)
+        sentences += drawn_without_surface(drawn, molecule.n_atoms)
+        if atoms.is_trace:
+            sentences.append("The picture holds one atom of each residue, since the molecule is large.")
+        if drawn.n_atoms > MAX_ATOMS:
+            sentences.append(
+                "Contacts are left out, since the molecule is large; `sparsurf areas --of contacts` writes them."
+            )
+    dots = None
+    if len(kept):
+        name = "the given dots" if len(kept) == len(given) and surface is not given else "the kept dots"
+        dots = ShownDots(prepared, np.asarray(kept), np.asarray(kept), name)
+    elif is_selection or molecule is None:
+        order = prepared.stream("view").permutation(len(surface))
+        dots = ShownDots(prepared, order, opens="all" if is_selection or mesh is None else "none")
+    scene = PageScene(
+        [Shape(mesh, xyz if atoms is None else atoms.placed(xyz))],
+        atoms,
+        surface,
+        named,
+        numbers=[*numbers_of_residues(table)] if table is not None else (),
+        dots=dots,
+        contacts=buried,
+        colour="kind" if has_kinds or not named else f"value {first}",
+        order=[] if table is None else in_list(table)[0],
+        n_ranked=0 if table is None else in_list(table)[1],
+    )
+    facts = Facts(
+        subset=len(kept),
+        dots=len(surface),
         extent=_extent(given, part_of, cavity, about.is_whole),
-        mean=float(roughness_of_all.mean()) if is_owned and roughness_of_all is not None else None,
+        mean=float(
+            roughness_of_all.mean()
+            if is_owned and roughness_of_all is not None
+            else prepared.roughness.mean()
+        ),
         reconstructed_from=len(given) if surface is not given and not distance else 0,
         chosen_from=len(given) if distance else 0,
         why=" ".join(of_patches.sentences),
+        r_patch=prepared.patches.r_patch,
+        d_link=prepared.patches.d_link,
+        probe=surface.origin.rules.probe_radius if surface.origin else None,
+    )
+    page = overview(
+        title_of(about, given),
+        scene,
+        facts,
+        table,
+        max_bytes=MAX_BYTES_IN_REPORT if about.links else MAX_LARGE_BYTES if distance else MAX_BYTES,
+        notes=Notes(None if messages is None else tuple(messages.left_out), tuple(sentences)),
+        missing=[label_and_unit(name)[0] for name in missing],
+        counts=_counts(molecule) if molecule else "",
         links=about.links,
-        drawn=drawn,
         origin=rows_of_surface(about, surface),
     )
     steps.close()
@@ -179,37 +232,39 @@ def _surface_of_patches(surface: Surface, about: About, patches: PatchesSettings
         return None
 
 
-def _drawn(surface: Surface, distance: float) -> DrawnMolecule | None:
-    """Return the surface of dots as triangles with the atoms below; None where its molecule is not known, or it is too large.
+def drawn_mesh(surface: Surface, distance: float = 0.0) -> Mesh | None:
+    """Return the mesh that a picture shows of dots: that of their atoms, or one between the dots; None where there is none.
 
-    Where the dots are some of a large surface, at a `distance`, the triangles lie between them: those of its atoms take minutes.
+    Where the dots are some of a large surface, at a `distance`, Å, the triangles lie between them, since those of its atoms take
+    minutes.
     """
     from scipy.spatial import cKDTree
 
-    from sparsurf.recovery.mesh import mesh_of_dense
+    from sparsurf.recovery.mesh import mesh_of_dense, recovered_mesh
+    from sparsurf.surfaces.mesh import widest_step
+    from sparsurf.surfaces.radii import PROBE_RADIUS
+    from sparsurf.surfaces.spacing import spacing
     from sparsurf.surfaces.thinning import DENSITY_OF_PICTURES, coarsened, mesh_of_picture
-    from sparsurf.views.explorer.shapes import atoms_to_draw
-    from sparsurf.views.overview.page import DrawnMolecule
 
-    molecule, origin = surface.molecule, surface.origin
-    if molecule is None or origin is None:
-        return None
     try:
-        if distance:
-            with no_warnings():
-                mesh = mesh_of_dense(
-                    surface.points, surface.normals, STEP_PER_DISTANCE * distance, available_cores()
+        if surface.origin is not None and not distance:
+            return mesh_of_picture(surface.origin, available_cores())
+        apart = distance or spacing(surface.points)
+        if len(surface) < MIN_DOTS_OF_MESH:
+            return None
+        step = max(widest_step(PROBE_RADIUS), STEP_PER_DISTANCE * distance)
+        with no_warnings():
+            if distance or apart < MAX_SPACING_OF_DENSE:
+                mesh = mesh_of_dense(surface.points, surface.normals, step, available_cores())
+            else:
+                mesh = recovered_mesh(
+                    surface.points, surface.normals, step, 2 / step**2, threads=available_cores()
                 )
-        else:
-            mesh = mesh_of_picture(origin, available_cores())
-    except InputError:  # a grid around it does not fit into the memory
+            mesh = coarsened(mesh, DENSITY_OF_PICTURES)
+    except InputError:  # a grid around it does not fit into the memory, or the dots enclose nothing
         return None
-    if distance:
-        nearest = np.asarray(cKDTree(surface.points).query(mesh.vertices.points)[1])
-        mesh = replace(mesh, vertices=replace(mesh.vertices, atom=surface.atom[nearest]))
-        mesh = coarsened(mesh, DENSITY_OF_PICTURES)
-    atoms = atoms_to_draw(molecule)[0]
-    return DrawnMolecule(molecule, mesh, molecule.xyz[origin.frame][atoms])
+    nearest = np.asarray(cKDTree(surface.points).query(mesh.vertices.points)[1])
+    return replace(mesh, vertices=replace(mesh.vertices, atom=surface.atom[nearest]))
 
 
 def _extent(surface: Surface, whole: WholeSurface | None, cavity: np.ndarray | None, is_whole: bool) -> Any:
@@ -231,7 +286,41 @@ def title_of(about: About, surface: Surface) -> str:
     """Return the heading of a page."""
     if not about.name:
         return repr(surface)
-    return f"The surface of {about.name}{shown_part(about, surface)}"
+    return f"{heading_of(about, surface.molecule)}{shown_part(about, surface)}"
+
+
+def heading_of(about: About, molecule: Molecule | None) -> str:
+    """Return the title that the file of a molecule states, or its name with its chains."""
+    if stated := stated_title(molecule.files[0] if molecule is not None and molecule.files else ""):
+        return stated
+    chains = [] if molecule is None else [name for name in dict.fromkeys(molecule.chain.tolist()) if name]
+    few = 0 < len(chains) <= MAX_NAMED
+    return (
+        f"{about.name}, {'chain' if len(chains) == 1 else 'chains'} {', '.join(chains)}"
+        if few
+        else about.name
+    )
+
+
+def stated_title(path: str) -> str:
+    """Return the title in the records or items of a structure's file; empty where it states none."""
+    from gemmi import cif
+
+    try:
+        source = open_source(path) if path else None
+        if source is not None and source.format.name == "pdb":
+            with source.lines() as lines:
+                before = itertools.takewhile(
+                    lambda line: not line.startswith(("ATOM", "HETATM", "MODEL")), lines
+                )
+                titles = [line[10:80].strip() for line in before if line.startswith("TITLE")]
+            return " ".join(" ".join(titles).split())
+        if source is not None and source.format.name == "mmcif":
+            stated = cif.read_string(source.text()).sole_block().find_value("_struct.title")
+            return " ".join(cif.as_string(stated).split()) if stated else ""
+    except (InputError, OSError, RuntimeError, ValueError):  # the file was read before, and may be gone
+        pass
+    return ""
 
 
 def with_default_fields(surface: Surface, molecule: Molecule | None) -> tuple[Surface, list[str]]:

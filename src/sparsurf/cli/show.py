@@ -17,9 +17,10 @@ from sparsurf.molecules.formats import stem
 from sparsurf.patches.index import D_LINK
 
 EXAMPLES = """\
-The page shows the surface, which you can rotate and colour by roughness, fields or the kinds of its dots; the roughness of the
-residues along each chain; the ten roughest residues; and the parts of the structure that were left out. A residue that you click
-or search for is shown on the surface, in the list and in the profile. The page of a few dots, such as minimal.csv, shows the
+The page shows the surface above the cartoon of the molecule and its ligands, coloured by roughness, fields, chains or the kinds
+of its dots; which residues touch which chain or ligand, and the area that is buried; the roughness of the residues along each
+chain; the ten roughest residues; and the parts of the structure that were left out. A residue that you click or search for is
+shown in the picture, in the list and in the profile. The page of a few dots, such as minimal.csv, shows the
 surface that `sparsurf recover` reconstructs from them. With --trajectory and without --frame, the page shows at
 most 100 frames with a slider, and which residues change most: in their roughness, or in what --rank names. The page is
 one file that needs no network. It opens in the browser unless --no-open is given or there is no display. Without -o, the page

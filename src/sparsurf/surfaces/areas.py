@@ -176,7 +176,7 @@ def _contacts(
     pairs, pair = np.unique(np.sort(ends[meets], axis=1), axis=0, return_inverse=True)
     meets, begin = meets[np.argsort(pair, kind="stable")], np.cumsum(np.bincount(pair))
     found = [np.zeros((0, 3))]
-    for two, entries in zip(pairs, np.split(meets, begin[:-1]), strict=True):
+    for two, entries in zip(pairs, np.split(meets, begin)[:-1], strict=True):
         touching = np.unique(first[entries])
         # The area of an atom follows from its neighbours and what cuts it, which are also neighbours
         near = [atoms.near[atoms.start[row] : atoms.start[row + 1]] for row in touching]

@@ -148,7 +148,7 @@ ELSEWHERE = {
     ("points_of", "jobs"): "api/test_points.py",
     ("frames", "jobs"): "api/test_frames.py",
     ("frames", "rank_by"): "api/test_frames.py",
-    **{("show", name): "views/test_explorer.py" for name in ("rank", "rank_by")},
+    **{("show", name): "views/test_page.py" for name in ("rank", "rank_by")},
     ("show", "open_browser"): "api/test_show.py",
     ("roughness", "roughness"): "test_kinds.py",
     ("error_at", "sampler"): "recovery/test_law.py",

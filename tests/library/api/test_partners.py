@@ -48,6 +48,12 @@ def buried_of(molecule, own, other, frame=0):
     return tried(molecule, own, frame) * own - tried(molecule, own | other, frame) * own
 
 
+def test_partners_that_are_far_apart_have_no_contacts(tmp_path):
+    far = peptide(NAMES) + "TER\n" + peptide(NAMES, "B", origin=(0, 0, 40.0)) + "END\n"
+    found = sparsurf.areas(write(tmp_path / "far.pdb", far))
+    assert not len(found.contacts) and not len(found.pairs) and found.buried.sum() == 0
+
+
 def test_each_chain_and_each_ligand_is_a_partner_and_all_waters_are_one(path):
     molecule = sparsurf.read_molecule(path, selection="all")
     partners = partners_of_atoms(molecule)

@@ -147,7 +147,7 @@ def test_the_numbers_of_the_page_are_those_of_the_surface_and_its_fields(molecul
     assert not rows  # the number of a component is no amount
     assert f"an area of {dots.total_area:,.0f} Å²" in page.text
     header = header_of(html)
-    assert [scale["symbol"] for scale in header["corners"]] == ["R_i", "hydropathy", "potential", "component"]
+    assert [scale["symbol"] for scale in header["values"]] == ["R_i", "hydropathy", "potential", "component"]
     assert not page.sources and not [
         link for link in page.links if not link.startswith("#")
     ]  # one file alone
@@ -270,7 +270,10 @@ def test_dots_and_meshes_have_a_page_without_residues(tmp_path, blob):
     for source, n in sources:
         html = sparsurf.show(source, open_browser=False).html
         page, header = Page(html), header_of(html)
-        assert "this page has no residues" in page.text and (header["minimal"] or header["total"]) == n
+        assert (
+            "this page has no residues" in page.text
+            and (header["dots"]["minimal"] or header["dots"]["total"]) == n
+        )
 
 
 def mean_roughness(html):
@@ -297,7 +300,7 @@ def test_the_page_of_a_file_of_few_dots_has_the_roughness_of_their_surface(
     path = folder / f"few.{suffix}"
     html = sparsurf.show(path, open_browser=False).html
     assert mean_roughness(html) == pytest.approx(true.mean(), abs=0.02)
-    assert header_of(html)["minimal"] == len(few) < header_of(html)["total"] / 5
+    assert header_of(html)["dots"]["minimal"] == len(few) < header_of(html)["dots"]["total"] / 5
     assert "reconstructed from them" in sentence(html) and "reconstructed from them" in caplog.text
     assert f"reconstructed from the {len(few):,} dots alone" in Page(html).text
     row = next(row for row in Page(html).rows if row[0] == "roughness")
@@ -367,14 +370,14 @@ def test_dots_that_are_too_few_have_a_page_without_roughness(molecule, tmp_path,
     said = capsys.readouterr().err
     html = (tmp_path / "few.html").read_text()
     header = header_of(html)
-    assert header["total"] == n and [scale["symbol"] for scale in header["values"]] == []
-    assert "paper" not in header["samplers"] and "nan" not in html.split("PACKED")[0]
+    assert header["dots"]["total"] == n and [scale["symbol"] for scale in header["values"]] == []
+    assert "paper" not in header["dots"]["samplers"] and "nan" not in html.split("PACKED")[0]
     assert "mean roughness" not in Page(html).text and reason in sentence(html) and reason in said
     with pytest.raises(InputError, match=reason):
         sparsurf.roughness(tmp_path / "few.csv")
     values = np.arange(n)
     shown = header_of(alone.surface.show(values, path=tmp_path / "x.html").html)
-    assert [scale["symbol"] for scale in shown["values"]] == ["value"] and shown["colour"] == 0
+    assert [scale["symbol"] for scale in shown["values"]] == ["value"] and shown["colour"] == "value 0"
 
 
 def test_a_table_of_frames_is_told_what_it_is(tmp_path, capsys):
@@ -410,14 +413,11 @@ def test_a_page_says_the_probe_and_the_parts_of_its_surface(tmp_path):
         assert numbers[3:] == [f"{value:z.2f}".replace("-", "−") for value in means]
     assert "for a probe with a radius of 1.7 Å." in text
     assert "of 8 residues in 2 chains, of 40 atoms." in text and "Roughness along the chains" in text
-    menu = re.search(r"The menu “Colour” shows ([^.]*)\.", text)[1]
-    names = ["the roughness", "height", "Kyte-Doolittle hydropathy", "electrostatic potential"]
-    assert menu == f"{', '.join(names)} and component of the surface"
     assert "Chain A" in text and "Chain B" in text
     header = header_of(html)
-    scale = next(one for one in header["corners"] if one["symbol"] == "height")
+    scale = next(one for one in header["values"] if one["symbol"] == "height")
     assert (scale["low"], scale["high"]) == pytest.approx((np.nanmin(height), np.nanmax(height)))
-    component = next(one for one in header["corners"] if one["symbol"] == "component")
+    component = next(one for one in header["values"] if one["symbol"] == "component")
     assert (component["low"], component["high"], component["low is"]) == (0, 1, "largest")
 
 
@@ -430,7 +430,7 @@ def test_the_page_of_a_model_has_its_own_fields_and_residues(tmp_path):
         (sparsurf.show(path, frame=1, open_browser=False).html, sparsurf.fields(dots, "hydropathy")),
         (sparsurf.show(own, open_browser=False).html, own.fields["hydropathy"]),
     ):
-        values = {scale["symbol"]: (scale["low"], scale["high"]) for scale in header_of(html)["corners"]}
+        values = {scale["symbol"]: (scale["low"], scale["high"]) for scale in header_of(html)["values"]}
         for name, of in (("hydropathy", hydropathy), ("potential", sparsurf.fields(dots, "potential"))):
             assert values[name] == pytest.approx((np.min(of), np.max(of)))
         rows = next(rows for rows in Page(html).tables if rows[0][0] == "residue")[1:]
@@ -447,7 +447,8 @@ def test_a_subset_is_shown_on_its_surface(tmp_path):
     sparsurf.write(few, tmp_path / "few.html")
     html = (tmp_path / "few.html").read_text(encoding="utf-8")
     header = header_of(html)
-    assert (header["total"], header["minimal"], header["sampler"]) == (len(dots), len(few), "minimal")
+    shown = [header["dots"][name] for name in ("total", "minimal", "sampler")]
+    assert shown == [len(dots), len(few), "minimal"]
     page = Page(html)
     assert f"{len(few):,} of {len(dots):,} dots are kept." in page.text
     assert (
@@ -459,7 +460,7 @@ def test_a_title_is_text_and_no_html(tmp_path):
     path = tmp_path / "<b>&.pdb"
     path.write_text(peptide() + "END\n")
     page = Page(sparsurf.show(path, open_browser=False).html)
-    assert page.find("title")[0].text == "The surface of <b>&" and not page.find("b")
+    assert page.find("title")[0].text == "<b>&, chain A" and not page.find("b")
 
 
 def test_the_browser_opens_only_where_there_is_a_display(tmp_path, monkeypatch, opened, capsys):
@@ -521,7 +522,7 @@ def test_the_default_name_and_the_heading_of_a_page_hold_the_model_and_the_frame
         (["--model", 2], "two_model2.html", ", model 2"),
     ):
         assert ended("show", "two.pdb", *words, "--no-open") == 0
-        assert Page((tmp_path / name).read_text()).find("h1")[0].text == f"The surface of two{part}"
+        assert Page((tmp_path / name).read_text()).find("h1")[0].text == f"two, chains A, B{part}"
 
 
 def test_a_file_that_is_no_page_of_ours_is_not_replaced_without_a_name(tmp_path, monkeypatch, capsys):
@@ -533,7 +534,7 @@ def test_a_file_that_is_no_page_of_ours_is_not_replaced_without_a_name(tmp_path,
     assert (tmp_path / "ala.html").read_text() == "<p>notes on sparsurf</p>"
     for name in (["-o", "ala.html"], []):  # named, and then as a page of this program
         assert ended("show", "ala.pdb", *name) == 0
-    assert "The surface of ala" in (tmp_path / "ala.html").read_text(encoding="utf-8")
+    assert "<h1>ala, chain A</h1>" in (tmp_path / "ala.html").read_text(encoding="utf-8")
 
 
 def test_what_cannot_be_shown_is_reported(tmp_path, blob):
@@ -577,9 +578,9 @@ def test_results_are_also_pages_and_pictures(tmp_path, monkeypatch, capsys, name
     assert shown == {number: f"{value:.2f}" for number, value in wanted.items()}
     if name == "minimal":
         header = header_of(html)
-        assert (header["colour"], header["sampler"]) == (0, "minimal")
+        assert (header["colour"], header["dots"]["sampler"]) == ("value 0", "minimal")
     elif name != "residues":
-        assert header_of(html)["colour"] == {"surface": "kind", "roughness": 0}[name]
+        assert header_of(html)["colour"] == {"surface": "kind", "roughness": "value 0"}[name]
     found = importlib.util.find_spec
     monkeypatch.setattr(
         importlib.util, "find_spec", lambda each: None if each == "matplotlib" else found(each)

@@ -24,7 +24,7 @@ from sparsurf.streams import Streams
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.formats.ply import KIND_COLOURS, ROUGHNESS_LIMITS
 from sparsurf.surfaces.surface import Surface
-from sparsurf.views.viewer import packing
+from sparsurf.views.page import dots, packing
 from sparsurf.views.viewer import page as viewer
 from sparsurf_study.analysis import grid as grids
 from sparsurf_study.analysis import tables
@@ -218,7 +218,7 @@ def test_the_presets_are_the_best_combinations_that_there_are():
     none = {"answer": "No combination keeps so few."}
     best = {"max_n_S_percent": 20, "kept": {"unrestricted": first, "under_max_n_S": few}}
     best["full"] = {"unrestricted": few, "under_max_n_S": none}
-    assert viewer._presets(best) == [
+    assert dots.presets(best) == [
         ("the paper's best", [1, 0, 6, 0]),
         ("best, among the kept dots", [1, 0.2, 4, 6]),
         ("best below 20 %, among the kept dots", [0.1, 0, 8, 2]),
@@ -244,15 +244,15 @@ def test_a_large_surface_shows_as_many_dots_as_fit(order, prepared, monkeypatch)
 def test_distances_count_from_the_origin_of_a_patch(prepared):
     n = len(prepared.points)
     cover = prepared.cover._replace(origin=(prepared.cover.centre + 1) % n)
-    columns = viewer.cover_columns(prepared.surface, np.arange(n), cover)
-    found = np.column_stack([columns[axis] for axis in ("ox", "oy", "oz")]) * viewer.COORDINATE_STEP
+    columns = dots.cover_columns(prepared.surface, np.arange(n), cover)
+    found = np.column_stack([columns[axis] for axis in ("ox", "oy", "oz")]) * dots.COORDINATE_STEP
     assert np.allclose(found, prepared.points[cover.origin], atol=1e-9)
 
 
 def test_a_page_of_some_dots_has_the_patches_of_these_dots(prepared, order):
     """By a list for each patch: its dots that are shown, by their place on the page, and -1 for a centre that is not."""
     dots, cover = np.sort(order[:700]), prepared.cover
-    columns = viewer.cover_columns(prepared.surface, dots, cover)
+    columns = dots.cover_columns(prepared.surface, dots, cover)
     place = {dot: k for k, dot in enumerate(dots.tolist())}
     assert columns["centre"].tolist() == [place.get(dot, -1) for dot in cover.centre.tolist()]
     patches = [cover.dot[a:b].tolist() for a, b in zip(cover.start[:-1], cover.start[1:], strict=True)]
@@ -260,7 +260,7 @@ def test_a_page_of_some_dots_has_the_patches_of_these_dots(prepared, order):
     assert columns["size"].tolist() == [*map(len, wanted)] and np.array_equal(
         columns["pair"], np.concatenate(wanted)
     )
-    assert np.allclose(columns["centreR"] / viewer.CENTRE_STEPS, cover.roughness, atol=1e-6)
+    assert np.allclose(columns["centreR"] / dots.CENTRE_STEPS, cover.roughness, atol=1e-6)
     few = order[:50]
     _, shown = unpacked(page_of(prepared, order, minimal=few))
     ranks = shown["rank farthest"]

@@ -11,10 +11,10 @@ import pandas as pd
 from sparsurf.evaluation.ranking import MIN_AREA, rank_residues, why_none_is_ranked
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.surfaces.formats.ply import ROUGHNESS_LIMITS
-from sparsurf.views.explorer.page import ResidueValues, ShownFrames, around_molecule
-from sparsurf.views.explorer.shapes import Shape
 from sparsurf.views.overview.page import N_OPEN, named_field, render_template
 from sparsurf.views.overview.profile import ROUGHNESS_COLUMN, labels_of, panels
+from sparsurf.views.page.scene import PageScene, ResidueValues
+from sparsurf.views.page.shapes import DrawnAtoms, Shape
 
 N_CHANGING = 10  # residues of the table
 TEMPLATE = "frames.html.j2"
@@ -43,11 +43,12 @@ NAMED_COLUMNS = {
 def overview_of_frames(
     name: str,
     trajectory: str,
-    molecule: Molecule,
+    atoms: DrawnAtoms,
     shapes: Sequence[Shape],
     numbers: Mapping[str, np.ndarray],
     ranked: tuple[str, str],
     labels: Sequence[str],
+    touching: pd.DataFrame | None = None,
     notes: Sequence[str] = (),
     left_out: Sequence[str] | None = None,
     origin: Sequence[tuple[str, str]] = (),
@@ -58,6 +59,7 @@ def overview_of_frames(
     `mean_roughness`, and `labels` their names. Residues are `ranked` by a column and by 'sd' or 'range'. `notes` and `left_out`
     are what reading the molecule said, and `origin` says where the page is from.
     """
+    molecule = atoms.molecule.take(atoms.molecule.residue_index < atoms.n_surfaced)
     column, rank_by = ranked
     residues = change_table(molecule, numbers, column, rank_by)
     changing = residues[residues["rank"].notna()].head(N_CHANGING)
@@ -69,7 +71,7 @@ def overview_of_frames(
     ]
     whole = numbers["area"].sum(axis=1)
     context: dict[str, Any] = {
-        "title": f"The surface of {name} in {len(shapes)} frames",
+        "title": f"{name} in {len(shapes)} frames",
         "trajectory": trajectory, "quantity": quantity_of(column), "ranked_by": rank_by, "statistic": STATISTICS[rank_by],
         "n_frames": len(shapes), "n_all": molecule.n_frames, "n_residues": molecule.n_residues,
         "every": -(-molecule.n_frames // len(shapes)),
@@ -77,17 +79,20 @@ def overview_of_frames(
         "most": rows, "panels": panels(residues.sort_index(), rank_by, changing.index),
         "unranked": why_none_is_ranked(residues, len(shapes)), "min_area": MIN_AREA,
         "notes": notes, "left_out": None if left_out is None else ", ".join(left_out), "origin": origin,
-        "linked": True, "orders": "the most changing", "n_open": N_OPEN,
+        "n_open": N_OPEN,
     }  # fmt: skip
 
     def fill(data: str) -> str:
         """Return the page around the packed frames."""
         return render_template(TEMPLATE, data=data, **context)
 
-    frames = ShownFrames(tuple(labels), tuple(whole.tolist()))
     change = residues.sort_index()[rank_by].to_numpy(float)[None]
     shown = [*changing_numbers(numbers, column, rank_by, change)]
-    return around_molecule(fill, molecule, shapes, shown, [*residues.index], frames=frames)
+    scene = PageScene(
+        shapes, atoms, numbers=shown, frames=labels, areas=whole.tolist(), contacts=touching, colour="number 0",
+        order=[*residues.index], n_ranked=int(residues["rank"].notna().sum()), orders="most changing",
+    )  # fmt: skip
+    return scene.around(fill)
 
 
 def change_table(

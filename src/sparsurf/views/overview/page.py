@@ -16,30 +16,17 @@ from sparsurf.evaluation.ranking import MIN_AREA
 from sparsurf.surfaces.components import COMPONENT_FIELD
 from sparsurf.surfaces.formats.ply import ROUGHNESS_LIMITS
 from sparsurf.version import __version__
-from sparsurf.views import explorer
-from sparsurf.views.explorer.page import (
-    MAX_EXPLORER_BYTES,
-    DotsBelow,
-    ResidueValues,
-    around_molecule,
-    explorer_script,
-    explorer_style,
-)
-from sparsurf.views.explorer.shapes import Shape
 from sparsurf.views.numbers import number
 from sparsurf.views.overview.profile import PROFILE_CSS, labels_of, panels, roughest
-from sparsurf.views.render import along_smallest_axis
-from sparsurf.views.viewer import page as viewer
+from sparsurf.views.page import library
+from sparsurf.views.page.scene import MAX_BYTES, DotValues, PageScene, ResidueValues, script_of_page
 
 if TYPE_CHECKING:
     import jinja2
 
-    from sparsurf.evaluation.prepared_surface import PreparedSurface
-    from sparsurf.molecules.molecule import Molecule
-    from sparsurf.surfaces.mesh import Mesh
 
 PAGE = "page.html.j2"
-MAX_LARGE_BYTES = 4_000_000  # of the page of a large surface, which stays smooth to turn
+FOLDERS = Path(__file__).parent, Path(library.__file__).parent
 N_OPEN = 8  # chains whose profile is not folded
 
 
@@ -70,92 +57,81 @@ class Extent(NamedTuple):
 NO_EXTENT = Extent()
 
 
+class Facts(NamedTuple):
+    """What a page says of its surface.
+
+    Attributes
+    ----------
+    subset : number of dots of a subset; dots : of the surface
+    extent : how much of a surface the dots are
+    mean : roughness, NaN where it is not known
+    reconstructed_from : number of dots that the surface was reconstructed from, 0 if it was not
+    chosen_from : number of dots of a large surface of which the page shows these, 0 if it shows all
+    why : why there is no roughness, or where it is from
+    r_patch, d_link, probe : Å
+    """
+
+    subset: int
+    dots: int
+    extent: Extent
+    mean: float
+    reconstructed_from: int
+    chosen_from: int
+    why: str
+    r_patch: float
+    d_link: float
+    probe: float | None
+
+
 def overview(
     title: str,
-    prepared: PreparedSurface,
-    order: np.ndarray,
+    scene: PageScene,
+    surface: Facts,
     residues: pd.DataFrame | None = None,
     *,
-    labels: Sequence[str] = (),
-    values: Sequence[viewer.DotValues] = (),
-    kept: Sequence[int] | np.ndarray = (),
-    opens: tuple[str, int | str] | None = None,
+    max_bytes: int = MAX_BYTES,
     notes: Notes = Notes(),
     missing: Sequence[str] = (),
     counts: str = "",
-    probe: float | None = None,
-    extent: Extent = NO_EXTENT,
     links: Sequence[tuple[str, str]] = (),
-    mean: float | None = None,
-    reconstructed_from: int = 0,
-    chosen_from: int = 0,
-    why: str = "",
-    drawn: DrawnMolecule | None = None,
     origin: Sequence[tuple[str, str]] = (),
 ) -> str:
-    """Render the page of a surface, in one file.
+    """Render the page of a surface, in one file of at most `max_bytes`.
 
-    Where the surface is `drawn` as triangles, its list, its profile and its residues are linked; else its dots are shown:
-    `order` are the dots in the order of farthest-point sampling, `residues` is the table of `evaluation.residues`, `labels`
-    names the residue of each atom, `values` are further values of the dots, and `kept` the dots of a subset. `opens` is as of
-    the viewer. `missing` names fields without a value, `counts` tells how large the molecule is, `probe` is its radius, Å,
-    `extent` says how much of a surface the dots are, `links` are addresses and words of other pages on the surface, and `origin`
-    says in pairs where the page is from. `mean` is the mean roughness of the surface, by default that of the dots, whose
-    roughness is NaN where it is not known. `reconstructed_from` is the number of dots that the surface was reconstructed from,
-    0 if it was not, `chosen_from` that of a large surface of which the page shows these dots, 0 if it shows all, and `why` says
-    so, or why there is no roughness.
+    `residues` is the table of `evaluation.residues`, `missing` names fields without a value, `counts` tells how large the
+    molecule is, `links` are addresses and words of other pages on the surface, and `origin` says in pairs where the page is from.
     """
-    surface, rough, patches = prepared.surface, prepared.roughness, prepared.patches
-    facts = {
-        "subset": len(kept), "dots": len(surface), "extent": extent,
-        "mean": float(rough.mean()) if mean is None else mean, "reconstructed_from": reconstructed_from, "why": why,
-        "chosen_from": chosen_from,
-        "r_patch": patches.r_patch, "d_link": patches.d_link,
-        "probe": probe,
-    }  # fmt: skip
-    shown = [*values]
-    if has_roughness := bool(np.isfinite(rough).any()):
-        scale = "rough", "flat"
-        shown = [viewer.DotValues("roughness", "R_i", "", rough, *scale, limits=ROUGHNESS_LIMITS), *values]
-    names = ["the roughness"] * has_roughness + [field.name for field in values]
     context = {
-        "title": title, "surface": facts, "names": listed(names or ["the kinds of the dots"]),
-        "fields": [_range(field) for field in shown if field.symbol != COMPONENT_FIELD],
+        "title": title, "surface": surface, "has_picture": True, "n_frames": 1, "touching": first_contact(scene),
+        "fields": [_range(field) for field in scene.values if field.symbol != COMPONENT_FIELD],
         "notes": notes.sentences, "missing": missing,
         "left_out": None if notes.left_out is None else ", ".join(notes.left_out), "counts": counts,
-        "links": links, "origin": origin, "linked": drawn is not None, "n_frames": 1, "orders": "the roughest",
+        "links": links, "origin": origin,
     }  # fmt: skip
     context |= residue_words(residues)
 
     def fill(data: str) -> str:
-        """Return the page around packed dots."""
+        """Return the page around the packed scene."""
         return render_template(PAGE, data=data, **context)
 
-    if drawn is not None and residues is not None:
-        colour = opens[1] if opens else 0
-        dots = DotsBelow(
-            shown, surface.kind, surface.points, "kind" if colour == "kind" else f"corner {colour}"
-        )
-        numbers, ranked = [*numbers_of_residues(residues)], roughest(residues, n=None).index
-        in_list = [*ranked, *residues.index.difference(ranked)]
-        limit = MAX_LARGE_BYTES if chosen_from else MAX_EXPLORER_BYTES
-        limit = viewer.MAX_VIEWER_BYTES if links else limit
-        shape = Shape(drawn.mesh, drawn.atoms)
-        return around_molecule(fill, drawn.molecule, [shape], numbers, in_list, dots, max_bytes=limit)
-    return viewer.around_dots(
-        fill, prepared, {"farthest": order}, residues=labels, values=values, minimal=kept, opens=opens or ("all", 0),
-        turn=along_smallest_axis(surface.points),
-        minimal_is="the given dots" if len(kept) == reconstructed_from else "the kept dots",
-    )  # fmt: skip
+    return scene.around(fill, max_bytes)
 
 
-@dataclass(frozen=True)
-class DrawnMolecule:
-    """The surface of a molecule as triangles, and the positions of the atoms below it, (A, 3) Å."""
+def first_contact(scene: PageScene) -> dict[str, Any] | None:
+    """Return the residue that buries most, its partner and the area, Å^2; None where nothing touches anything."""
+    if scene.contacts is None or scene.atoms is None or not len(scene.contacts):
+        return None
+    first, label = scene.contacts.iloc[0], scene.atoms.labels()
+    residue = int(first["number"])
+    return {
+        "label": label[residue], "residue": residue, "partner": first["partner"], "buried": first["mean"],
+    }  # fmt: skip
 
-    molecule: Molecule
-    mesh: Mesh
-    atoms: np.ndarray
+
+def in_list(residues: pd.DataFrame) -> tuple[list[int], int]:
+    """Return the positions of residues in the order of the list of a page, and how many of them are ranked."""
+    ranked = roughest(residues, n=None).index
+    return [*ranked, *residues.index.difference(ranked)], len(ranked)
 
 
 def numbers_of_residues(residues: pd.DataFrame) -> Iterator[ResidueValues]:
@@ -185,7 +161,8 @@ def render_residues(title: str, residues: pd.DataFrame, origin: Sequence[tuple[s
         "counts": "",
         "links": (),
         "origin": origin,
-        "linked": False,
+        "has_picture": False,
+        "touching": None,
         "n_frames": 1,
     }
     return render_template(PAGE, title=title, **context, **residue_words(residues))
@@ -212,7 +189,7 @@ def named_field(name: str) -> dict[str, str]:
     return {"name": label, "unit": unit.replace("^2", "²")}
 
 
-def _range(values: viewer.DotValues) -> dict[str, Any]:
+def _range(values: DotValues) -> dict[str, Any]:
     """Return the name, the ends, the mean and the unit of some values."""
     finite = values.values[np.isfinite(values.values)]
     low, mean, high = (finite.min(), finite.mean(), finite.max()) if len(finite) else (np.nan,) * 3
@@ -228,15 +205,13 @@ def render_template(template: str, **context: Any) -> str:
     """Render a template of this folder."""
     from markupsafe import Markup
 
-    is_linked = context["linked"]
-    parts = {
-        "style": Markup(explorer_style() if is_linked else viewer.style()),
-        "main": Markup(viewer.main_html()),
-        "script": Markup(explorer_script() if is_linked else viewer.script()),
-    }
-    names = (PROFILE_CSS, "page.css")
-    style = Markup("".join(Path(__file__).with_name(name).read_text(encoding="utf-8") for name in names))
-    shared = {"version": __version__, "style": style, "viewer": parts, "n_open": N_OPEN, "data": ""}
+    drawn_by = {
+        "version": library.VERSION, "notice": Markup(library.notice()),
+        "packed": library.packed_library(), "script": Markup(script_of_page()),
+    }  # fmt: skip
+    sheets = FOLDERS[1] / "page.css", FOLDERS[0] / PROFILE_CSS
+    style = Markup("".join(sheet.read_text(encoding="utf-8") for sheet in sheets))
+    shared = {"version": __version__, "style": style, "library": drawn_by, "n_open": N_OPEN, "data": ""}
     text = _templates().get_template(template).render(shared | context)
     return "\n".join(line for line in text.lstrip().splitlines() if line.strip()) + "\n"
 
@@ -247,7 +222,7 @@ def _templates() -> jinja2.Environment:
     import jinja2  # here: only pages need it
 
     environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader([Path(__file__).parent, Path(explorer.__file__).parent]),
+        loader=jinja2.FileSystemLoader(FOLDERS),
         autoescape=True,
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,

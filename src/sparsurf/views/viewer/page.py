@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,49 +20,38 @@ from sparsurf.messages import no_warnings
 from sparsurf.patches.readings import words_of
 from sparsurf.recovery.mesh import recovered_mesh
 from sparsurf.recovery.readings import readings_of_columns
-from sparsurf.sampling.combination import PARAMETERS, Combination
+from sparsurf.sampling.combination import PARAMETERS
 from sparsurf.sampling.samplers import farthest, sampler_label
 from sparsurf.settings import Settings
 from sparsurf.streams import Streams
 from sparsurf.surfaces.components import COMPONENT_FIELD, fields_without_component
-from sparsurf.surfaces.formats.ply import KIND_COLOURS, ROUGHNESS_LIMITS, VERTEX_GREY, limits_of, viridis
+from sparsurf.surfaces.formats.ply import ROUGHNESS_LIMITS, viridis
 from sparsurf.surfaces.spacing import spacing
 from sparsurf.surfaces.thinning import DENSITY_OF_PICTURES, mesh_of_picture
+from sparsurf.views.page import dots as dots_of_pages
+from sparsurf.views.page.dots import (
+    COORDINATE_STEP,
+    COVER_COLUMNS,
+    MAX_DOTS,
+    cover_columns,
+    places_of,
+    presets,
+)
+from sparsurf.views.page.packing import OCTAHEDRON, flat_normals, in_steps, pack
+from sparsurf.views.page.scene import MAX_BYTES_IN_REPORT, N_COLOUR_STOPS, DotValues, named_kinds, scale_of
 from sparsurf.views.render import DISTANCE_LIMITS
-from sparsurf.views.viewer.packing import OCTAHEDRON, flat_normals, in_steps, pack
 
 if TYPE_CHECKING:
-    from sparsurf.sampling.published import Cover
     from sparsurf.surfaces.surface import Surface, SurfaceOrigin
 
-MAX_DOTS = 100_000
-MAX_VIEWER_BYTES = 1_500_000  # of the page; browsers show no page above 1.57 MB in the frame of a report
-COORDINATE_STEP = 0.001  # Å, the precision of a DMS file
-CENTRE_STEPS = 1e7  # of the R_i of a centre, on which p depends
-VIEWER_SCRIPTS = ["unpack.js", "sampling.js", "gl.js", "scene.js", "drawing.js", "page.js"]
+MAX_VIEWER_BYTES = MAX_BYTES_IN_REPORT
+SHARED_SCRIPTS = ("unpack.js", "sampling.js")  # of the page of a molecule
+VIEWER_SCRIPTS = ("gl.js", "scene.js", "drawing.js", "page.js")
 SHEET_STEP = 0.02  # Å, of the corners of the surface below the dots
 SHEET_GRID = 0.7, 2.6  # Å, steps of the finest and the coarsest grid from which it is made
 SHEET_DENSITY, MIN_SHEET_DOTS = 1.0, 100  # dots per Å^2 from which it is reconstructed, and at least so many
 CORNERS_PER_CELL, MAX_CORNERS = 4.2, 30_000  # corners on an area of a squared step, and of a page
 MAX_SHARE_OF_SHEET = 0.2  # of the bytes of a page
-COVER_COLUMNS = ("ox", "oy", "oz", "centre", "centreR", "size", "pair")  # of `cover_columns`
-KIND_LABELS = ["contact", "saddle", "concave", "unknown kind"]
-N_COLOUR_STOPS = 16  # of viridis, whose brightness is even, so that it reads in grey too
-
-
-@dataclass(frozen=True)
-class DotValues:
-    """Values of every dot, shown as colours."""
-
-    name: str
-    symbol: str
-    unit: str
-    values: np.ndarray  # (N,) float64, NaN where unknown
-    low_is: str = ""  # meaning of the ends
-    high_is: str = ""
-    unknown_is: str = "unknown"  # meaning of NaN, which is grey
-    # At the ends of the colours; by default those of all pages, or the lowest and the highest
-    limits: tuple[float, float] | None = None
 
 
 def page(
@@ -189,7 +177,10 @@ def main_html() -> str:
 
 def script() -> str:
     """Return the JavaScript of the viewer, which reads the packed dots from the constant `PACKED`."""
-    return "".join(_read(name) for name in VIEWER_SCRIPTS)
+    shared = (
+        Path(dots_of_pages.__file__).with_name(name).read_text(encoding="utf-8") for name in SHARED_SCRIPTS
+    )
+    return "".join([*shared, *map(_read, VIEWER_SCRIPTS)])
 
 
 def coloured_page(
@@ -261,38 +252,11 @@ def _header(
         "samplers": samplers | {"all": "all dots"},
         "readings": [words_of(reading) for reading in readings],
         "grid": [[float(f"{x:.5g}") if np.isfinite(x) else None for x in row] for row in numbers],
-        "presets": _presets(best),
+        "presets": presets(best),
         "values": [scale_of(field) for field in values],
         "kinds": named_kinds(),
         "stops": viridis(np.linspace(0, 1, N_COLOUR_STOPS)).tolist(),
     }
-
-
-def named_kinds() -> list[tuple[str, list[int]]]:
-    """Return the name and the colour of each kind of dots, and of dots whose kind is not known."""
-    colours = [*KIND_COLOURS[:3], VERTEX_GREY]
-    return [(name, rgb.tolist()) for name, rgb in zip(KIND_LABELS, colours, strict=True)]
-
-
-def _presets(best: dict[str, Any]) -> list[tuple[str, list[float]]]:
-    """List named combinations to start from."""
-    presets = [("the paper's best", [1.0, 0.0, 6.0, 0.0])]
-    for reading in readings_of_columns(best):
-        names = {"unrestricted": "best", "under_max_n_S": f"best below {best['max_n_S_percent']:g} %"}
-        for key, name in names.items():
-            if "d" in (winner := best[reading][key]):
-                presets.append((f"{name}, {words_of(reading)}", list(Combination.from_row(winner))))
-    return presets
-
-
-def scale_of(values: DotValues) -> dict[str, Any]:
-    """Return the names and ends of some values."""
-    finite = values.values[np.isfinite(values.values)]
-    low, high = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 1.0)
-    scale = {"name": values.name, "symbol": values.symbol, "unit": values.unit, "low": low, "high": high}
-    scale["dark"], scale["bright"] = values.limits or limits_of(values.symbol) or (low, high)
-    meanings = {"low is": values.low_is, "high is": values.high_is, "unknown is": values.unknown_is}
-    return scale | meanings
 
 
 def dot_columns(
@@ -316,28 +280,13 @@ def dot_columns(
         header["residues"] = names.tolist()
     for k, (field, scale) in enumerate(zip(values, header["values"], strict=True)):
         columns[f"value {k}"] = in_steps(field.values[dots], scale["low"], scale["high"])
-    position = _places(dots, len(surface))
+    position = places_of(dots, len(surface))
     for name, order in orders.items():
         rank = np.empty(len(dots), int)
         chosen = position[order][position[order] >= 0]
         rank[chosen] = np.arange(len(chosen))
         columns[f"rank {name}"] = rank
     return columns
-
-
-def cover_columns(surface: Surface, dots: np.ndarray, cover: Cover) -> dict[str, np.ndarray]:
-    """Return columns of the cover, by centre: place among the shown dots or -1, R_i, origin, pairs; and the dot of each pair."""
-    position = _places(dots, len(surface))
-    owner = np.repeat(np.arange(len(cover.centre)), np.diff(cover.start))
-    shown = position[cover.dot] >= 0
-    owner, dot = owner[shown], position[cover.dot[shown]]
-    origin = np.round(surface.points[cover.origin] / COORDINATE_STEP).astype(int)
-    return dict(zip(("ox", "oy", "oz"), origin.T, strict=True)) | {
-        "centre": position[cover.centre],
-        "centreR": np.round(cover.roughness * CENTRE_STEPS).astype(int),
-        "size": np.bincount(owner, minlength=len(cover.centre)),
-        "pair": dot[np.lexsort((dot, owner))],
-    }
 
 
 def sheet_columns(
@@ -364,10 +313,3 @@ def sheet_columns(
             corners, triangles = made.vertices.points, made.triangles
     places = np.round(corners / SHEET_STEP).astype(int)
     return dict(zip(("mx", "my", "mz"), places.T, strict=True)) | {"triangle": triangles.ravel()}
-
-
-def _places(dots: np.ndarray, n: int) -> np.ndarray:
-    """Return the index of each of n dots among those shown, -1 if it is not."""
-    position = np.full(n, -1)
-    position[dots] = np.arange(len(dots))
-    return position

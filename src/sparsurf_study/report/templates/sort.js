@@ -24,3 +24,13 @@ for (const table of document.querySelectorAll("table.sortable")) {
     for (const row of body.rows) row.hidden = ![...row.cells].some(cell => cell.textContent.toLowerCase().includes(words));
   });
 }
+
+// The contents of the page: its headings, without those of the cards.
+for (const contents of document.querySelectorAll("#contents")) {
+  const headings = [...document.querySelectorAll("h2")].filter((heading) => !heading.closest(".card") && heading.offsetParent);
+  headings.forEach((heading, k) => {
+    heading.id ||= `part-${k}`;
+    contents.append(Object.assign(document.createElement("a"), { href: `#${heading.id}`, textContent: heading.textContent }));
+  });
+  contents.hidden = headings.length < 2;
+}

@@ -1,0 +1,107 @@
+"""What a page draws beside a molecule: the ligands, ions and nucleic acids of its file, and what touches what."""
+
+from __future__ import annotations
+
+from dataclasses import fields, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sparsurf.api.areas import contacts_over_frames, refuse_overlapping_partners, sums_of_contacts
+from sparsurf.errors import InputError
+from sparsurf.messages import no_warnings
+from sparsurf.molecules.molecule import Molecule
+from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.molecules.selection import POLYMERS, Partners, partners_of_atoms
+from sparsurf.surfaces.areas import contacts_of_spheres
+from sparsurf.surfaces.radii import RADII, radii
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    import pandas as pd
+
+    from sparsurf.surfaces.surface import Rules
+
+LEAST_BURIED = 0.5  # Å^2, of a row
+NEAR_MOLECULE = 6.0  # Å, from a ligand that is drawn to the molecule
+SAME_POSITION = 0.01  # Å
+MAX_ATOMS = 100_000  # of a molecule whose contacts a page lists
+MAX_NAMED = 6  # residues in a sentence
+
+
+def with_surroundings(molecule: Molecule) -> Molecule:
+    """Return a molecule, followed by the ligands, ions and nucleic acids of its file that lie close to it and are no part of it.
+
+    None follow where the molecule was moved since it was read, or has other frames than its file.
+    """
+    from scipy.spatial import cKDTree
+
+    if not molecule.files or molecule.masked_residues:
+        return molecule
+    try:
+        with no_warnings():
+            whole = read_molecule(*molecule.files[:2], selection="not water")
+    except (InputError, OSError, TypeError):
+        return molecule
+    if whole.n_frames != molecule.n_frames:
+        return molecule
+    place = {key: k for k, key in enumerate(_keys(whole))}
+    placed = np.array([place.get(key, -1) for key in _keys(molecule)])
+    if (placed < 0).any() or np.abs(whole.xyz[:, placed] - molecule.xyz).max() > SAME_POSITION:
+        return molecule
+    near = np.asarray(cKDTree(molecule.xyz[0]).query(whole.xyz[0])[0]) < NEAR_MOLECULE
+    near &= ~np.isin(np.arange(whole.n_atoms), placed) & ~np.isin(whole.kind, ("protein", "water"))
+    is_strand = (whole.kind == "nucleic") & np.isin(
+        whole.chain, whole.chain[near & (whole.kind == "nucleic")]
+    )
+    chosen = is_strand | np.isin(whole.residue_index, whole.residue_index[near])
+    chosen[placed] = False
+    around = whole.take(chosen)
+    names = [attribute.name for attribute in fields(molecule)][3:-2]  # of the columns of atoms
+    columns: dict[str, Any] = {
+        name: np.concatenate([getattr(molecule, name), getattr(around, name)]) for name in names
+    }
+    columns["residue_index"][molecule.n_atoms :] += molecule.n_residues
+    return replace(molecule, xyz=np.concatenate([molecule.xyz, around.xyz], axis=1), **columns)
+
+
+def _keys(molecule: Molecule) -> list[tuple[str, ...]]:
+    """Return what identifies each atom."""
+    columns = (molecule.chain, molecule.residue, molecule.residue_name, molecule.name)
+    return [*zip(*(column.tolist() for column in columns), strict=True)]
+
+
+def drawn_without_surface(drawn: Molecule, n_atoms: int) -> list[str]:
+    """Return the sentence on what a page draws beside the first atoms of a molecule; none where there is nothing."""
+    labels = [*dict.fromkeys(drawn.residue_label(atom) for atom in range(n_atoms, drawn.n_atoms))]
+    if not labels:
+        return []
+    more = f" and {len(labels) - MAX_NAMED} more" if len(labels) > MAX_NAMED else ""
+    first = ", ".join(labels[:MAX_NAMED]) + more
+    verb, them = ("is", "it") if len(labels) == 1 else ("are", "them")
+    return [f"{first} {verb} drawn, and the surface leaves {them} out."]
+
+
+def contacts_on_page(drawn: Molecule, frames: Iterable[np.ndarray], rules: Rules) -> pd.DataFrame | None:
+    """Return the contacts of a molecule over frames (A, 3), Å, as `frames` does, the largest first; None where there are none.
+
+    Columns are the `number` of the residue, the `partner`, `occupancy` and `mean`, Å^2.
+    """
+    number, names = partners_of_atoms(drawn)
+    chains = {*drawn.chain[np.isin(drawn.kind, POLYMERS)].tolist()}
+    partners = Partners(number, [f"chain {name}".strip() if name in chains else name for name in names])
+    if len(partners.names) == 1 or drawn.n_atoms > MAX_ATOMS:
+        return None
+    sizes = radii(drawn, rules.radii if rules.radii in RADII else "dms")
+    found = []
+    for xyz in frames:
+        try:
+            refuse_overlapping_partners(drawn, partners, xyz.round(3))
+        except InputError:
+            return None
+        atom, partner, buried = contacts_of_spheres(xyz.round(3), sizes, rules.probe_radius, partners.number)
+        found.append(sums_of_contacts(drawn.residue_index[atom], partner, buried))
+    table = contacts_over_frames(drawn, partners, found, len(found)).rename_axis("number").reset_index()
+    table = table[table["mean"] >= LEAST_BURIED]
+    return table.sort_values("mean", ascending=False, kind="stable", ignore_index=True)
