@@ -7,6 +7,8 @@ import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
 
+import pytest
+
 from conftest import ROOT
 from sparsurf import kernels
 
@@ -102,8 +104,8 @@ caching.IndexDataCacheFile._save_index = after_another_process
 def test_no_older_form_is_loaded_after_a_kill_or_beside_another_process(tmp_path):
     """The index of numba names a form before it is there.
 
-    A process is killed between the files of a kernel. Another one waits there, while a third stores its form and removes what no
-    index names.
+    A process is killed between the files of a kernel. Another one waits there, and a third, which would remove what no index
+    names, waits for it.
     """
     (tmp_path / "kernels_of_a_type").mkdir()
     (tmp_path / "kernels_of_a_type" / "__init__.py").touch()
@@ -119,9 +121,11 @@ def test_no_older_form_is_loaded_after_a_kill_or_beside_another_process(tmp_path
     first = start(2, WAITING)
     while not (tmp_path / "stored").exists() and first.poll() is None:
         time.sleep(0.01)
-    printed = [start(2).communicate()[0]]
+    second = start(2)
+    with pytest.raises(subprocess.TimeoutExpired):
+        second.wait(3)
     (tmp_path / "go").touch()
-    printed += [first.communicate()[0], start(2).communicate()[0]]
+    printed = [first.communicate()[0], second.communicate()[0], start(2).communicate()[0]]
     assert printed == 3 * ["42.0\n"] and len([*tmp_path.rglob("*.nbc")]) == 1  # the older one is removed
 
 
