@@ -51,6 +51,7 @@ def compile_surfaces() -> None:
     from sparsurf.recovery.spheres.explanations import completed
     from sparsurf.recovery.spheres.rebuilding import rebuild
     from sparsurf.recovery.spheres.votes import model_of
+    from sparsurf.surfaces.dot_placement import roll_probe
     from sparsurf.surfaces.exact_distance import distance_of_dots, exact_distance
     from sparsurf.surfaces.molecular_surface import molecular_surface, roll_spheres
     from sparsurf.surfaces.radii import PROBE_RADIUS
@@ -70,6 +71,8 @@ def compile_surfaces() -> None:
     shell = np.concatenate([np.zeros((1, 3)), 2 * points]), np.full(BALL_DOTS + 1, 1.7)
     for cavities in ("keep", "remove"):
         surface_atoms(shell, cavities=cavities)
+    some = roll_probe(centres[:12], radii[:12], PROBE_RADIUS, exact=True)
+    roll_probe(centres, radii, PROBE_RADIUS, exact=True, before=some)  # as for atoms that are inferred later
     rolled = roll_spheres(*helix(), PROBE_RADIUS)
     exact_distance(points, rolled)
     distance_of_dots(points, normals, rolled)
