@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sparsurf import kinds
 from sparsurf.api.inputs import field_names
+from sparsurf.dot_fields.maps import is_map
 from sparsurf.errors import InputError
 from sparsurf.patches.index import D_LINK, R_PATCH, build_index
 from sparsurf.suggestions import did_you_mean
@@ -23,16 +25,17 @@ ROUGHNESS = "roughness"
 
 
 def check_fields(
-    fields: FieldLike | Sequence[FieldLike], function: str, of_residues: bool = False
+    fields: FieldLike | Sequence[FieldLike], function: str, of_residues: bool = False, has_table: bool = False
 ) -> tuple[FieldLike, ...]:
     """Return fields that points and vertices can have; raise InputError, in the name of a function, for others.
 
-    In a table `of_residues`, roughness is always a column and not a field.
+    In a table `of_residues`, roughness is always a column and not a field. If the user `has_table`, other names are its columns.
     """
     chosen = field_names(fields, "fields")
     added = () if of_residues else (ROUGHNESS,)
     for field in chosen:
-        if not callable(field) and field not in added and not kinds.has("field", field):
+        is_known = callable(field) or field in added or is_map(field) or kinds.has("field", field)
+        if not is_known and not has_table:
             listed = (*added, *kinds.names("field"))
             if of_residues and ROUGHNESS in did_you_mean(field, (ROUGHNESS, *listed)):
                 raise InputError(
@@ -46,33 +49,45 @@ def check_fields(
     return chosen
 
 
+def refuse_maps(fields: Sequence[FieldLike], function: str) -> None:
+    """Raise InputError for a map where a function, called by its name, measures more than one structure or frame."""
+    for field in filter(is_map, fields):
+        raise InputError(
+            f"{function}: {field} is a map, which belongs to one frame of one structure; leave it out."
+        )
+
+
 def with_fields(
-    surface: Surface, fields: Sequence[FieldLike], dense: Callable[[], Surface], function: str, threads: int
+    surface: Surface,
+    fields: Sequence[FieldLike],
+    dense: Callable[[], Surface],
+    function: str,
+    threads: int,
+    values_of_atoms: Mapping[str, Any] = MappingProxyType({}),
 ) -> Surface:
     """Return a surface with fields of the molecule that it carries.
 
-    `dense` places the dots whose roughness counts: a point has that of the nearest of them.
+    `dense` places the dots whose roughness counts: a point has that of the nearest of them. `values_of_atoms` are the arguments
+    `table` and `smooth` of `compute_fields`.
     """
-    values: dict[str, np.ndarray] = {}
     if not fields:
         return surface
     from sparsurf.dot_fields.registry import compute_fields, takes_dots  # here: few ask for fields
 
-    names = {
-        field if field == ROUGHNESS else kinds.name_of("field", field, "fields"): field for field in fields
-    }
+    values: dict[str, np.ndarray] = {}
     origin = surface.origin
     molecule = None if origin is None or origin.molecule is None else origin.molecule.frame(origin.frame)
-    for name, field in names.items():
-        if field == ROUGHNESS:
-            continue
-        if molecule is None and not takes_dots(field):
+    for field in fields:
+        if molecule is None and not (field == ROUGHNESS or is_map(field) or takes_dots(field)):
             raise InputError(
-                f"{function}: the field {name} follows from residues and charges, which are unknown here; give a "
-                "structure or a molecule."
+                f"{function}: the field {kinds.name_of('field', field, 'fields')} follows from residues and charges, which are "
+                "unknown here; give a structure or a molecule."
             )
-        values[name] = compute_fields([field], molecule, surface.points, dots=surface)[name].to_numpy()
-    if ROUGHNESS in names:
+    of_atoms = [field for field in fields if field != ROUGHNESS]
+    if of_atoms:
+        table = compute_fields(of_atoms, molecule, surface.points, dots=surface, **values_of_atoms)
+        values = {str(name): column.to_numpy() for name, column in table.items()}
+    if ROUGHNESS in fields:
         from scipy.spatial import cKDTree  # here: it takes a quarter of a second to load
 
         from sparsurf.patches.roughness import roughness_of_patches
@@ -80,5 +95,8 @@ def with_fields(
         dots = dense()
         refuse_sparse(dots.points, D_LINK, function)
         of_dots = roughness_of_patches(build_index(dots.points, dots.normals, D_LINK), R_PATCH, threads)
-        values[ROUGHNESS] = of_dots[np.asarray(cKDTree(dots.points).query(surface.points)[1])]
-    return replace(surface, fields=surface.fields | {name: values[name] for name in names})
+        roughness = of_dots[np.asarray(cKDTree(dots.points).query(surface.points)[1])]
+        names = [*values]
+        names.insert(list(fields).index(ROUGHNESS), ROUGHNESS)
+        values = {name: values.get(name, roughness) for name in names}
+    return replace(surface, fields=surface.fields | values)

@@ -29,6 +29,7 @@ from sparsurf.api.surfaces import as_surface
 from sparsurf.api.whole import WholeSurface, whole_surface, with_patches
 from sparsurf.arguments import index_array
 from sparsurf.dot_fields.depth import depth_of_atoms, depth_of_residues
+from sparsurf.dot_fields.maps import is_map
 from sparsurf.dot_fields.registry import FieldLike, compute_fields
 from sparsurf.errors import InputError, argument
 from sparsurf.evaluation.minimal_subset import Subset
@@ -70,8 +71,9 @@ def fields(
     dots : dots from `surface` or `read_surface`, the path of a file of dots, or the pair (points, normals);
         in place of the molecule, where they know theirs
     names : str, callable, or sequence of these
-        Fields, or columns of `table`. A function (molecule, points) that returns (N,) numbers, or a name given to
-        `register`, may take the place of these names:
+        Fields, columns of `table`, or paths of maps (.dx, or .ccp4, .map and .mrc; Å), whose values between the points of their
+        grid are interpolated linearly, and are NaN outside. The column of apbs.dx is called apbs_dx. A function (molecule,
+        points) that returns (N,) numbers, or a name given to `register`, may take the place of these names:
 
         {choices of field}
 
@@ -108,7 +110,8 @@ def fields(
     """
     molecule, dots = labelled(molecule), labelled(dots)
     if isinstance(molecule, Surface):
-        is_name = isinstance(dots, str) and not Path(dots).is_file()  # of a field, in the place of `names`
+        # of a field, in the place of `names`
+        is_name = is_map(dots) or (isinstance(dots, str) and not Path(dots).is_file())
         if not is_name and has_atoms(dots):
             raise InputError("fields: give the molecule first, then its dots.")
         names = names if dots is None else dots
@@ -139,7 +142,7 @@ def _are_names(value: Any) -> bool:
     """Return whether a value names fields, in the place of dots."""
     if isinstance(value, (list, tuple)):
         return bool(value) and all(isinstance(name, str) or callable(name) for name in value)
-    return callable(value) or (isinstance(value, str) and kinds.has("field", value))
+    return callable(value) or is_map(value) or (isinstance(value, str) and kinds.has("field", value))
 
 
 def labelled(source: Any) -> Any:

@@ -18,7 +18,7 @@ from sparsurf.api.areas import (
     refuse_overlapping_partners,
     sums_of_contacts,
 )
-from sparsurf.api.field_values import check_fields
+from sparsurf.api.field_values import check_fields, refuse_maps
 from sparsurf.api.inputs import MoleculeLike, as_molecule, opened_source
 from sparsurf.api.parts import (
     digest_of_arguments,
@@ -310,6 +310,7 @@ def frames_request(
     rank, rank_by = RANK if rank is None else rank, RANK_BY if rank_by is None else rank_by
     check_choice(rank_by, RANKINGS, "rank_by")
     chosen = check_fields(fields, function, of_residues=True)
+    refuse_maps(chosen, function)
     if not isinstance(rank, str) or rank not in RANKED_QUANTITIES:
         if not callable(rank) and not kinds.has("field", rank):
             listed = (*RANKED_QUANTITIES, *kinds.names("field"))

@@ -173,11 +173,12 @@ def subset_indices(name: str, subset: Any, n_dots: int) -> np.ndarray:
 
 
 def field_names(names: Any, key: str) -> tuple[Any, ...]:
-    """Return fields, names or functions, from one or several; `key` names the argument in the error."""
+    """Return fields, names, paths of maps or functions, from one or several; `key` names the argument in the error."""
     try:
         result = (names,) if isinstance(names, str) else tuple(names)
-    except TypeError:  # a function, a number, or an array without a dimension
+    except TypeError:  # a function, a path, a number, or an array without a dimension
         result = (names,)
+    result = tuple(str(name) if isinstance(name, Path) else name for name in result)
     if not all(isinstance(name, str) or callable(name) for name in result):
         raise InputError(
             f"{argument(key)} is {names!r}; it must be names such as ('hydropathy', 'potential')."

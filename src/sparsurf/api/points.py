@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
 
-from sparsurf.api.field_values import check_fields, with_fields
+from sparsurf.api.field_values import check_fields, refuse_maps, with_fields
 from sparsurf.api.inputs import MoleculeLike, as_spheres, first_group
 from sparsurf.api.parts import digest_of_arguments, forget_other_parts, part_file, write_part
 from sparsurf.api.surfaces import placement
@@ -389,6 +389,7 @@ def points_of(
     {}
     """
     request = _checked(n_dots, density, fields, seed, probe_radius, radii, cavities)
+    refuse_maps(request.fields, "points_of")
     jobs = JOBS.check(jobs, "jobs")
     if jobs > 1:
         try:

@@ -406,8 +406,10 @@ def _with_fields_of(dots: Surface, made: Mesh) -> Mesh:
     return replace(made, vertices=replace(made.vertices, fields=between | made.vertices.fields))
 
 
-def mesh_of_atoms(origin: SurfaceOrigin, size: MeshSize, names: Sequence[FieldLike] = ()) -> Mesh:
-    """Return the mesh of the atoms of an origin, which its vertices carry; its size and its fields are as in `mesh`."""
+def mesh_of_atoms(
+    origin: SurfaceOrigin, size: MeshSize, names: Sequence[FieldLike] = (), **values_of_atoms: Any
+) -> Mesh:
+    """Return the mesh of the atoms of an origin, which its vertices carry; size and fields are as in `mesh` and `with_fields`."""
     from sparsurf.surfaces.mesh import molecular_mesh
 
     xyz, radii, rules = origin.xyz, origin.radii, origin.rules
@@ -422,7 +424,9 @@ def mesh_of_atoms(origin: SurfaceOrigin, size: MeshSize, names: Sequence[FieldLi
 
     made = _sized(build, size, rules.probe_radius)
     vertices = replace(made.vertices, origin=origin)
-    return replace(made, vertices=with_fields(vertices, names, dense, "mesh", available_cores()))
+    return replace(
+        made, vertices=with_fields(vertices, names, dense, "mesh", available_cores(), values_of_atoms)
+    )
 
 
 def _sized(build: Callable[[float], Mesh], size: MeshSize, probe: float) -> Mesh:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gzip
+import logging
 import os
 import shutil
 import sys
@@ -23,10 +24,11 @@ from sparsurf.api.inputs import MoleculeLike, as_molecule, check_frame, is_subse
 from sparsurf.api.replacing import beside_mesh, beside_script, path_of_faces, refuse_replacing
 from sparsurf.api.scenes import SCENES, chimerax_script, write_scene
 from sparsurf.arguments import FRAME, check_flag
-from sparsurf.errors import InputError
+from sparsurf.errors import InputError, argument, naming_file
 from sparsurf.files import as_path, closed_streams, shorten
 from sparsurf.molecules.formats import title
 from sparsurf.molecules.molecule import Molecule
+from sparsurf.molecules.pdb import pdb_b_factor
 from sparsurf.suggestions import public
 from sparsurf.surfaces.chosen_points import NamedPoints, Points
 from sparsurf.surfaces.formats.csv import write_csv
@@ -45,6 +47,8 @@ if TYPE_CHECKING:
     from sparsurf.surfaces.mesh import Mesh
     from sparsurf.surfaces.surface_atoms import SurfaceAtoms
 
+log = logging.getLogger("sparsurf")
+
 SUFFIXES_OF_NUMBERS = kinds.suffixes("fields")  # which have room for numbers at the dots
 # PLY first: most programs open it
 MESHES = tuple(
@@ -55,6 +59,7 @@ MESHES = tuple(
 DOTS_ALONE = (*SUFFIXES_OF_NUMBERS, *SCENES)
 SUFFIXES_OF_DOTS = kinds.suffixes("dots")  # DMS and MSMS name the atom of every dot
 TABLE_FORMATS = kinds.suffixes("residues")
+OF_COLUMN = (".pdb",)  # which hold one column of a table as B factors
 PAGE_ENDINGS = (".html",)
 PAGE_FORMATS = kinds.suffixes("page")  # which show dots, or residues
 SCRIPTS = kinds.suffixes("script")  # which open files that are written next to them
@@ -351,12 +356,19 @@ def write_table(
     arrays: Mapping[str, Any] | None = None,
     about: About = About(),  # noqa: B008, frozen
     surface: Surface | None = None,
+    *,
+    column: str | None = None,
+    molecule: Molecule | None = None,
+    frame: int = 0,
 ) -> None:
     """Write a DataFrame as CSV, or arrays by name (by default its columns) as npz; a named index is a column.
 
     Residues can also be written as a page or a picture of their profile; `about` says what the page does besides, and
-    `surface` are the dots that they were measured on.
+    `surface` are the dots that they were measured on. A `column` is written as the B factors of a frame of the molecule.
     """
+    if column is not None or str(output).lower().removesuffix(".gz").endswith(OF_COLUMN):
+        _write_column(output, table, column, molecule, frame)
+        return
     table = table.reset_index() if table.index.name else table
     columns = {str(name): column for name, column in table.items()} if arrays is None else arrays
     writers: dict[str, Callable[[Path], Any]] = {
@@ -367,6 +379,31 @@ def write_table(
         PAGE_FORMATS, lambda path: _write_profile(path, table, about, surface, str(output))
     )
     write_file(output, (*TABLE_FORMATS, *PAGE_FORMATS), writers)
+
+
+def _write_column(
+    output: str | Path, table: pd.DataFrame, column: str | None, molecule: Molecule | None, frame: int
+) -> None:
+    """Write a frame of a molecule as PDB, whose B factors are a column of a table of its residues or atoms."""
+    from sparsurf.dot_fields.columns import values_from_rows  # here: few results are written in this way
+
+    if column is None or molecule is None:
+        missing = "column" if column is None else "molecule"
+        raise InputError(
+            f"{output}: a PDB file of a table is the molecule with a column as its B factors; give {argument(missing)} as well."
+        )
+    check_frame(molecule, frame, "the molecule")
+    with naming_file("the table"):
+        values = values_from_rows(table, column, molecule)
+    fitting = pdb_b_factor(values)
+    if (np.abs(fitting - values) > 0).any():
+        raise InputError(
+            f"{output}: {column} is {np.nanmin(values):.6g} to {np.nanmax(values):.6g}, and the B factors of a PDB file hold "
+            "-99.99 to 999.99; scale the column."
+        )
+    if lacking := int(np.isnan(values).sum()):
+        log.warning("%s: %d atoms have no %s; their B factor is 0", output, lacking, column)
+    write_file(output, OF_COLUMN, {".pdb": lambda file: molecule.write_pdb(file, frame, fitting)})
 
 
 def _write_profile(
@@ -392,6 +429,7 @@ def write(
     *,
     names: Mapping[str, str] | None = None,
     colours: bool | None = None,
+    column: str | None = None,
 ) -> None:
     """Write a result in the format that the suffix of a path names, such as .csv, .npz, .ply, .dms, .pml, .html or .png.
 
@@ -401,7 +439,8 @@ def write(
     their numbers. A .obj, .glb or .stl holds a mesh, and is written by trimesh, which must be installed. A .html is an
     interactive page, as that of `show`, a .parquet holds Points in the columns of `sparsurf points`, and a .png is a picture,
     for which matplotlib must be installed. A Subset is shown on
-    its surface, and a table of `residues` as the roughness along each chain.
+    its surface, and a table of `residues` as the roughness along each chain. A .pdb of a table of residues or atoms, with a
+    `column`, is the molecule whose B factors are this column, for PyMOL (`spectrum b`) and ChimeraX (`color bfactor`).
 
     Parameters
     ----------
@@ -422,6 +461,8 @@ def write(
     colours : bool, optional
         Whether a PLY, OBJ or GLB has colours, of the first field or of the kinds. By default dots have them and a mesh has
         none: all its properties are then floats, as readers of meshes for networks need them.
+    column : str, optional
+        Column of a table that a .pdb of `molecule` holds as B factors, such as 'accessible'.
 
     Raises
     ------
@@ -451,9 +492,13 @@ def write(
     )  # their module loads kernels, which other results do not need
     if (is_table or are_surface_atoms or isinstance(result, Molecule)) and (names or colours is not None):
         raise InputError("write: names and colours are about fields of dots and meshes; leave them out.")
+    if column is not None and not is_table:
+        raise InputError("write: column is about a table of residues or atoms; leave it out.")
+    atoms = None if molecule is None else as_molecule(molecule)
     if is_table:
-        _refuse_frame(frame, 0)
-        write_table(path, cast("pd.DataFrame", result))
+        if atoms is None:
+            _refuse_frame(frame, 0)
+        write_table(path, cast("pd.DataFrame", result), column=column, molecule=atoms, frame=frame)
         return
     if isinstance(result, Molecule):
         _write_molecule(result, path, frame)
@@ -464,7 +509,6 @@ def write(
         writers = writers_of_atoms(cast("SurfaceAtoms", result))
         write_file(path, tuple(writers), writers)
         return
-    atoms = None if molecule is None else as_molecule(molecule)
     if atoms is not None:
         check_frame(atoms, frame, "the molecule")
     origin = result.surface.origin if isinstance(result, Points) else getattr(result, "origin", None)

@@ -10,6 +10,7 @@ from sparsurf.errors import InputError
 from sparsurf.files import pluralise
 
 TABLES = ("atoms", "residues", "chains", "groups", "pairs", "contacts")
+FORMATS = (*writing.TABLE_FORMATS, *writing.OF_COLUMN)
 WITH_RESIDUES = ("atoms", "residues", "contacts")  # tables with rows of residues
 EXAMPLES = """\
 The table has a row for each residue: its solvent-accessible and its solvent-excluded area (Å^2), the accessible area as a share
@@ -35,15 +36,17 @@ examples:
   sparsurf areas fab_antigen.pdb --groups H,L+G --of pairs -o -
   sparsurf areas myoglobin.pdb --groups A+HEM --of contacts -o -
   sparsurf areas protein.pdb --trajectory run.xtc --frame 20 -o areas.csv
+  sparsurf areas protein.pdb --column relative -o relative.pdb
 """
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     parser.add_argument("file", metavar="FILE", help="structure, or a file with radii or elements")
-    options.add_output(parser, writing.TABLE_FORMATS)
+    options.add_output(parser, FORMATS)
     help_text = f"what has a row: {', '.join(TABLES)}; default residues"
     parser.add_argument("--of", choices=TABLES, metavar="ROWS", help=help_text)
+    options.add_column(parser)
     options.add_groups(parser)
     options.add_residues(parser)
     options.add_molecule(parser)
@@ -52,7 +55,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """Write the table."""
-    outputs.check(args, writing.TABLE_FORMATS)
+    outputs.check(args, FORMATS)
+    options.refuse_column(args)
     from sparsurf.api.areas import areas  # here: wrong arguments need no kernels
 
     source: Any = args.file
@@ -86,7 +90,9 @@ def run(args: argparse.Namespace) -> None:
         atoms = options.requested_atoms(args, computed.molecule)
         chosen = {*zip(computed.molecule.chain[atoms], computed.molecule.residue[atoms], strict=True)}
         table = table[[label in chosen for label in zip(table["chain"], table["residue"], strict=True)]]
-    writing.write_table(args.output, table)
+    writing.write_table(
+        args.output, table, column=args.column, molecule=computed.molecule, frame=computed.frame
+    )
     message = (
         f"{pluralise(len(table), 'row', separator=',')}, {computed.accessible.sum():,.1f} Å^2 accessible, "
     )

@@ -64,7 +64,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     text = "measure every n-th frame (default 1, all frames)"
     parser.add_argument("--stride", type=options.number_within(STRIDE), default=1, metavar="N", help=text)
     options.add_groups(parser)
-    options.add_fields(parser)
+    options.add_fields(parser, has_table=False)
     options.add_ranking(parser)
     options.add_molecule(parser, with_frame=False)
     options.add_placement(parser)

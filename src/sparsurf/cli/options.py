@@ -35,6 +35,7 @@ from sparsurf.arguments import (
     split_names,
 )
 from sparsurf.cli.command import StoreOnce
+from sparsurf.dot_fields.maps import MAPS
 from sparsurf.errors import InputError, naming_file
 from sparsurf.molecules.formats import FILE_OF_DOTS, TRAJECTORY_LABELS, title
 from sparsurf.molecules.molecule import Molecule
@@ -49,12 +50,14 @@ from sparsurf.threads import available_cores
 log = logging.getLogger("sparsurf")
 
 ATOM_OPTIONS = ("chains", "selection", "ligands", "model", "assembly", "assembly_name")
+OF_ATOMS = ("table", "smooth")  # what a user says of atoms
 STRUCTURE_OPTIONS = (
     "trajectory",
     "frame",
     *ATOM_OPTIONS,
     "residues",
     "groups",
+    *OF_ATOMS,
 )  # without a meaning for a file of dots
 PLACEMENT_OPTIONS = ("probe_radius", "radii", "cavities")  # which have none, either
 
@@ -162,6 +165,24 @@ def add_groups(parser: argparse._ActionsContainer) -> None:
     parser.add_argument("--groups", metavar="GROUPS", help=help_text)
 
 
+def add_column(parser: argparse._ActionsContainer) -> None:
+    """Add the option that writes a column of a table as B factors."""
+    help_text = "with -o NAME.pdb, column that the molecule has as its B factors, for the colours of a viewer"
+    parser.add_argument("--column", metavar="NAME", help=help_text)
+
+
+def refuse_column(args: argparse.Namespace) -> None:
+    """Raise InputError unless a column is named for a PDB file, and only for one."""
+    is_pdb = args.output.lower().removesuffix(".gz").endswith(".pdb")
+    if is_pdb == (args.column is None):
+        advice = (
+            "name the column of the table that its B factors are"
+            if is_pdb
+            else "name an output in .pdb, or leave it out"
+        )
+        raise InputError(f"--column: {advice}.")
+
+
 def add_residues(parser: argparse._ActionsContainer) -> None:
     """Add the option that reports some residues of the surface of all atoms."""
     help_text = (
@@ -246,10 +267,16 @@ def add_d_link(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--d-link", type=number_within(LENGTH), default=D_LINK, help=help_text)
 
 
-def add_fields(parser: argparse._ActionsContainer) -> None:
-    """Add the option that chooses the fields of the dots."""
-    help_text = "values at the dots: %(choices)s, with commas between"
+def add_fields(parser: argparse._ActionsContainer, has_table: bool = True) -> None:
+    """Add the option that chooses the fields of the dots, and if the command `has_table` those of values of atoms."""
+    others = f", maps ({' '.join(MAPS)}), columns of --table" if has_table else ""
+    help_text = f"values at the dots: %(choices)s{others}, with commas between"
     parser.add_argument("--fields", choices=SeveralNames("field"), metavar="NAMES", help=help_text)
+    if has_table:
+        help_text = "CSV with columns residue, chain, atom (or residue_name, of a scale) and of values that --fields names"
+        parser.add_argument("--table", metavar="CSV", help=help_text)
+        help_text = "average B factors and columns of --table over a Gaussian of this width, Å (default: not averaged)"
+        parser.add_argument("--smooth", type=number_within(LENGTH), metavar="WIDTH", help=help_text)
 
 
 def source_of(args: argparse.Namespace) -> Source:
@@ -317,7 +344,15 @@ def requested_atoms(args: argparse.Namespace, molecule: Molecule) -> np.ndarray:
 
 def names_of_requested_fields(args: argparse.Namespace) -> list[str]:
     """Return the names of the requested fields."""
+    for name in () if args.fields is not None else OF_ATOMS:
+        if getattr(args, name, None) is not None:
+            raise InputError(f"--{name} is about values at the dots; name them by --fields, or leave it out.")
     return [] if args.fields is None else split_names(args.fields, "fields", "hydropathy")
+
+
+def values_of_atoms(args: argparse.Namespace) -> dict[str, Any]:
+    """Return what a table says of the atoms, and how widely it is averaged, by the names of arguments."""
+    return {name: getattr(args, name) for name in OF_ATOMS}
 
 
 def with_requested_fields(args: argparse.Namespace, surface: Surface, molecule: Molecule | None) -> Surface:
@@ -331,7 +366,9 @@ def with_requested_fields(args: argparse.Namespace, surface: Surface, molecule: 
         raise InputError(
             f"--fields: {args.file} holds dots, but fields are computed from atoms; give a structure."
         )
-    values = compute_fields(names, molecule.frame(args.frame or 0), surface.points, dots=surface)
+    values = compute_fields(
+        names, molecule.frame(args.frame or 0), surface.points, dots=surface, **values_of_atoms(args)
+    )
     fields = {str(name): column.to_numpy() for name, column in values.items()}
     return replace(surface, fields=surface.fields | fields)
 

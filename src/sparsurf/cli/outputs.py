@@ -9,7 +9,7 @@ from sparsurf.api.writing import SUFFIXES_OF_NUMBERS, DotsToWrite, parse_output,
 from sparsurf.errors import InputError
 from sparsurf.surfaces.formats.meshes import BY_TRIMESH, import_trimesh
 
-READ_OPTIONS = ("file", "files", "trajectory", "at")  # which can name files
+READ_OPTIONS = ("file", "files", "trajectory", "at", "table")  # which can name files
 
 
 def check(args: argparse.Namespace, formats: tuple[str, ...], companions: Companions | None = None) -> None:

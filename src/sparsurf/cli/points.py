@@ -14,6 +14,7 @@ from sparsurf.api.points import JOBS, N_POINTS, TABLE_FORMAT, points, points_of,
 from sparsurf.api.writing import PAGE_FORMATS, SCRIPTS, SUFFIXES_OF_DOTS, write, write_file
 from sparsurf.arguments import DENSITY_LIMITS, NUMBER_OF_DOTS
 from sparsurf.cli import options, outputs
+from sparsurf.dot_fields.maps import MAPS
 from sparsurf.errors import InputError
 from sparsurf.files import pluralise
 from sparsurf.molecules.formats import title
@@ -63,7 +64,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help="number of points per Å^2, instead of --n-dots",
     )
     options.add_seed(parser, "seed that chooses the first point, from which all others follow")
-    help_text = "values at the points: roughness (of the dense surface), %(choices)s, with commas between"
+    help_text = "values at the points: roughness (of the dense surface), %(choices)s, or maps"
+    help_text += f" ({' '.join(MAPS)}), with commas between"
     choices = options.SeveralNames("field")
     parser.add_argument("--fields", choices=choices, metavar="NAMES", help=help_text)
     options.add_groups(parser)

@@ -10,7 +10,7 @@ from sparsurf.cli import options, outputs
 from sparsurf.errors import InputError
 from sparsurf.files import pluralise
 
-FORMATS = (*writing.TABLE_FORMATS, *writing.PAGE_FORMATS)
+FORMATS = (*writing.TABLE_FORMATS, *writing.PAGE_FORMATS, *writing.OF_COLUMN)
 EXAMPLES = """\
 The table has a row for each residue: its total, contact, saddle and concave area (Å^2), its mean and lowest roughness (1 is
 flat, 0 is rough; blank for a buried residue), the mean of each field, and the number of its dots, in total and on the walls of
@@ -20,6 +20,8 @@ examples:
   sparsurf residues protein.pdb -o residues.csv
   sparsurf residues protein.pdb -o profile.png
   sparsurf residues protein.pdb --residues 209-214 --fields hydropathy -o -
+  sparsurf residues protein.pdb --column mean_roughness -o roughness.pdb
+  sparsurf residues protein.pdb --fields bfactor,apbs.dx -o residues.csv
 """
 
 
@@ -27,6 +29,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     parser.add_argument("file", metavar="FILE", help="structure")
     options.add_output(parser, FORMATS)
+    options.add_column(parser)
     options.add_residues(parser)
     options.add_fields(parser)
     options.add_molecule(parser)
@@ -37,10 +40,11 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> None:
     """Write the table of residues."""
     outputs.check(args, FORMATS)
+    options.refuse_column(args)
     if names := options.names_of_requested_fields(args):
         from sparsurf.api.field_values import check_fields  # here: a missing file needs no numba
 
-        check_fields(names, "residues", of_residues=True)
+        check_fields(names, "residues", of_residues=True, has_table=args.table is not None)
     surface, molecule = options.read_dots(args)
     if molecule is None:
         raise InputError(
@@ -53,5 +57,6 @@ def run(args: argparse.Namespace) -> None:
     table = table.drop(columns=["kept", "weight"])  # of a subset
     if args.residues is not None:
         table = table.iloc[np.unique(molecule.residue_index[options.requested_atoms(args, molecule)])]
-    writing.write_table(args.output, table, about=options.about(args), surface=surface)
+    of_column = {"column": args.column, "molecule": molecule, "frame": args.frame or 0}
+    writing.write_table(args.output, table, about=options.about(args), surface=surface, **of_column)
     outputs.report(args, f"{pluralise(len(table), 'residue', separator=',')}, {table['area'].sum():,.0f} Å^2")

@@ -147,14 +147,15 @@ def _triangles(args: argparse.Namespace, molecule: Molecule) -> writing.DotsToWr
     from sparsurf.api.field_values import check_fields
     from sparsurf.api.surfaces import mesh_of_atoms, mesh_size, placement
 
-    names = check_fields(options.names_of_requested_fields(args), "surface")
+    requested = options.names_of_requested_fields(args)
+    names = check_fields(requested, "surface", has_table=args.table is not None)
     rules = placement(density="auto", **options.placement_options(args, _cavities(args)))
     frame = args.frame or 0
     xyz, atom_radii = molecule.xyz[frame].round(3), radii(molecule, rules.radii)
     origin = SurfaceOrigin.of_atoms(molecule, frame, xyz, rules, D_LINK, atom_radii)
     size = mesh_size(args.n_vertices, args.density, args.step)
     return replace(
-        writing.mesh_dots(mesh_of_atoms(origin, size, names)),
+        writing.mesh_dots(mesh_of_atoms(origin, size, names, **options.values_of_atoms(args))),
         coloured=args.colours,
         about=options.about(args),
     )

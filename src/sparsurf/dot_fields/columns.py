@@ -27,10 +27,24 @@ log = logging.getLogger("sparsurf")
 ATOM_KEYS = ("chain", "residue", "atom")
 
 
+def values_from_rows(table: pd.DataFrame, name: str, molecule: Molecule) -> np.ndarray:
+    """Return a column of a table of residues or atoms, as `areas` has them, for the molecule's atoms, (A,); NaN if unknown."""
+    if "residue" not in table.columns:
+        raise InputError(f"{FILE} has no column residue: give a table with rows of residues or atoms.")
+    if "atom_name" in table.columns:  # beside which `atom` is its number
+        table = table.drop(columns="atom", errors="ignore").rename(columns={"atom_name": "atom"})
+    return _values_of_atoms(table.astype(object).where(table.notna(), "").astype(str), name, molecule)
+
+
 def column_of_atoms(path: str | os.PathLike[str], name: str, molecule: Molecule) -> np.ndarray:
     """Read a column of a CSV with `residue` and, where they matter, `chain` and `atom`, for the atoms, (A,); NaN if unknown."""
     with naming_file(path):
-        return _values_of_atoms(_cells(read_text(path)), name, molecule)
+        values = _values_of_atoms(_cells(read_text(path)), name, molecule)
+        if name == COMPONENT_FIELD or not is_field_name(name):
+            raise InputError(
+                f"{FILE}: {name!r} cannot name a field; rename the column, to letters, digits and _ that mean nothing else."
+            )
+        return values
 
 
 def columns_of(path: str | os.PathLike[str]) -> list[str]:
@@ -46,10 +60,6 @@ def _values_of_atoms(table: pd.DataFrame, name: str, molecule: Molecule) -> np.n
     number = "residue" if "residue" in table.columns else "residue_name"
     if name not in table.columns or name in (*ATOM_KEYS, number):
         raise InputError(f"{FILE} has no column {name!r} of values; it has {', '.join(table.columns)}.")
-    if name == COMPONENT_FIELD or not is_field_name(name):
-        raise InputError(
-            f"{FILE}: {name!r} cannot name a field; rename the column, to letters, digits and _ that mean nothing else."
-        )
     values = pd.to_numeric(table[name], errors="coerce").replace([np.inf, -np.inf], np.nan)
     wrong = table[values.isna() & (table[name] != "")]
     if len(wrong):

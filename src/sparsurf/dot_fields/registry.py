@@ -19,6 +19,7 @@ from sparsurf.dot_fields.columns import column_of_atoms, columns_of
 from sparsurf.dot_fields.curvature import principal_curvatures
 from sparsurf.dot_fields.depth import depth_of_origin
 from sparsurf.dot_fields.hydrogen_bonds import balance_of_atoms
+from sparsurf.dot_fields.maps import is_map, name_of_map, values_of_map
 from sparsurf.dot_fields.potential import potential_of_charges
 from sparsurf.dot_fields.smoothing import gaussian_mean
 from sparsurf.errors import InputError, argument
@@ -169,7 +170,7 @@ def compute_fields(
     dots: Surface | None = None,
     smooth: float | None = None,
 ) -> pd.DataFrame:
-    """Compute fields of a molecule's first frame at points (Å), one column per name or function, or column of the CSV `table`.
+    """Compute fields of a molecule's first frame at points (Å), one column per name, function, map, or column of the CSV `table`.
 
     `dots` are the points as they were placed, which fields of dots need. `smooth`, Å, averages B factors and columns over the
     atoms nearby, and adds _smooth to their names.
@@ -186,9 +187,17 @@ def compute_fields(
         )
     if smooth is not None:
         smooth = LENGTH.check(smooth, "smooth")
-    out, columns = {}, columns_of(table) if table is not None else []
+    out: dict[str, np.ndarray] = {}
+    columns = columns_of(table) if table is not None else []
     for field in fields:
-        if table is not None and isinstance(field, str) and not kinds.has("field", field):
+        if is_map(field):
+            name = name_of_map(field)
+            if name in out:
+                raise InputError(
+                    f"{argument('fields')}: two maps are called {name}; rename one of the files."
+                )
+            out[name] = values_of_map(field, points)
+        elif table is not None and isinstance(field, str) and not kinds.has("field", field):
             assert molecule is not None  # of the table
             name = field if smooth is None else f"{field}_smooth"
             out[name] = values_at_dots(
@@ -211,6 +220,10 @@ def compute_fields(
             out[name] = values
         if not np.isfinite(out[name]).any():
             raise InputError(f"{argument('fields')}: {name} has no value at any dot; leave it out.")
+    if smooth is not None and not any(name.endswith("_smooth") for name in out):
+        raise InputError(
+            f"{argument('smooth')} averages B factors and columns of a table; ask for one of these, or leave it out."
+        )
     return pd.DataFrame(out)
 
 

@@ -4,6 +4,7 @@ import os
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import sparsurf
@@ -201,3 +202,60 @@ def test_plyfile_reads_meshes_and_fields(mesh, tmp_path):
     sparsurf.write(mesh, tmp_path / "m.ply", names={"roughness": "iface"})
     vertices = plyfile.PlyData.read(tmp_path / "m.ply")["vertex"]
     assert vertices["iface"] == pytest.approx(mesh.vertices.fields["roughness"], rel=1e-5)
+
+
+def b_factors_of(path):
+    """B factors of the lines of atoms, by residue number."""
+    lines = [line for line in path.read_text().splitlines() if line.startswith(("ATOM", "HETATM"))]
+    return pd.Series([float(line[60:66]) for line in lines], [line[22:27].strip() for line in lines])
+
+
+@pytest.mark.parametrize("of", ["residues", "atoms"])
+def test_a_column_is_written_as_b_factors(molecule, tmp_path, of, caplog):
+    table = getattr(sparsurf.areas(molecule), of)
+    sparsurf.write(table, tmp_path / "a.pdb", molecule, column="accessible")
+    expected = (
+        table["accessible"] if of == "atoms" else table["accessible"].iloc[molecule.residue_index]
+    ).to_numpy()
+    found = b_factors_of(tmp_path / "a.pdb")
+    np.testing.assert_allclose(found, expected, atol=0.00501)
+    assert found.index.tolist() == molecule.residue.tolist() and caplog.messages == []
+    again = sparsurf.read_molecule(tmp_path / "a.pdb")
+    np.testing.assert_allclose(again.b_factor, found)
+    sparsurf.write(table[table["residue"] != "212"], tmp_path / "a.pdb", molecule, column="accessible")
+    without = (molecule.residue == "212").sum()
+    assert (b_factors_of(tmp_path / "a.pdb")["212"] == 0).all()
+    assert f"{without} atoms have no accessible; their B factor is 0" in caplog.text
+
+
+@pytest.mark.parametrize(
+    ("change", "name", "given", "words"),
+    [
+        ({}, "a.pdb", {}, "give column as well"),
+        ({}, "a.pdb", {"column": "accessible"}, "give molecule as well"),
+        ({}, "a.csv", {"column": "accessible"}, r"cannot be written as '\.csv'; name a file that ends in \.pdb"),
+        ({}, "a.pdb", {"column": "height"}, "has no column 'height' of values; it has chain, residue"),
+        ({"accessible": 1234.5}, "a.pdb", {"column": "accessible"}, "accessible is 1234.5 to 1234.5, .* scale the column"),
+        ({"residue": "209"}, "a.pdb", {"column": "accessible"}, "two rows for one residue"),
+        ({"residue": None}, "a.pdb", {"column": "accessible"}, "has no column residue"),
+    ],
+)  # fmt: skip
+def test_a_column_that_cannot_be_written_is_a_sentence(molecule, tmp_path, change, name, given, words):
+    table = sparsurf.areas(molecule).residues.assign(**change).dropna(axis=1, how="all")
+    with pytest.raises(InputError, match=words):
+        sparsurf.write(table, tmp_path / name, None if words.startswith("give mol") else molecule, **given)
+
+
+def test_commands_write_a_column_and_name_one_for_a_pdb_alone(tmp_path, capsys):
+    table, written = tmp_path / "a.csv", tmp_path / "a.pdb"
+    for command_of, column in (("areas", "relative"), ("residues", "mean_roughness")):
+        words = [command_of, str(PEPTIDE), "--residues", "209-216"]
+        assert command.main([*words, "-o", str(table)]) == 0
+        assert command.main([*words, "--column", column, "-o", str(written)]) == 0
+        expected = pd.read_csv(table, dtype={"residue": str}).set_index("residue")[column].dropna()
+        found = b_factors_of(written).groupby(level=0).first()[expected.index]
+        np.testing.assert_allclose(found, expected, atol=0.00501)
+        assert command.main([*words, "-o", str(written)]) == 1
+        assert "--column: name the column of the table" in capsys.readouterr().err
+        assert command.main([*words, "--column", column, "-o", str(table)]) == 1
+        assert "--column: name an output in .pdb, or leave it out" in capsys.readouterr().err

@@ -102,7 +102,8 @@ FILES = {  # in which an option has an effect
     "--cavities": "cage.pdb",
     "--reconstruction interpolant": "touched.csv",
 }
-ELSEWHERE = {"--help", "--output", "--jobs", "--rank-by"}  # test_command.py, and test_frames.py
+# test_command.py, test_frames.py, test_fields.py and test_writing.py
+ELSEWHERE = {"--help", "--output", "--jobs", "--rank-by", "--table", "--smooth", "--column"}
 ALWAYS = {"--no-open"}  # no browser in a test
 INSTEAD = {
     "--n-dots": ("--density",),

@@ -14,6 +14,7 @@ from scipy.spatial.transform import Rotation
 
 import sparsurf
 from conftest import ROOT
+from sparsurf.cli import command
 from sparsurf.dot_fields.charges import _table, pdb2pqr_charges, pqr_charges, table_charges
 from sparsurf.dot_fields.columns import column_of_atoms, columns_of
 from sparsurf.dot_fields.potential import potential_of_charges, potential_of_unit_charge
@@ -615,3 +616,53 @@ def test_a_column_called_like_a_field_and_an_unknown_field_are_refused(tmp_path,
         sparsurf.fields(molecule, dots, ("bfactor",), table=path)
     with pytest.raises(InputError, match="hydropathy, potential"):
         sparsurf.fields(molecule, dots, ("colour",))
+
+
+def test_commands_take_tables_of_values_and_a_width(tmp_path, capsys):
+    (tmp_path / "t.csv").write_text(
+        "residue_name,scale\n" + "".join(f"{n},{k}\n" for k, n in enumerate(("GLU", "PHE", "SER")))
+    )
+    (tmp_path / "b.csv").write_text("residue,score\n209,1\n209,2\n")
+    dots = sparsurf.surface(PEPTIDE)
+    table = pd.read_csv(_command(tmp_path, "surface", "--fields", "scale", "--table", "t.csv"))
+    known = table["scale"].notna()
+    assert table.loc[known, "scale"].tolist() == [
+        ("GLU", "PHE", "SER").index(n) for n in table.loc[known, "residue_name"]
+    ]
+    smooth = pd.read_csv(
+        _command(tmp_path, "surface", "--fields", "scale", "--table", "t.csv", "--smooth", "3")
+    )
+    expected = sparsurf.fields(dots, "scale", table=tmp_path / "t.csv", smooth=3)["scale_smooth"]
+    np.testing.assert_allclose(smooth["scale_smooth"], expected, atol=1e-4)
+    residues = pd.read_csv(_command(tmp_path, "residues", "--fields", "scale", "--table", "t.csv"))
+    assert residues.loc[residues["residue_name"] == "SER", "mean_scale"].unique().tolist() == [2]
+    _command(
+        tmp_path,
+        "surface",
+        "--mesh",
+        "--n-vertices",
+        "300",
+        "--fields",
+        "scale",
+        "--table",
+        "t.csv",
+        name="o.npz",
+    )
+    with np.load(tmp_path / "o.npz") as mesh:
+        assert set(mesh["scale"][mesh["residue_name"] == "PHE"].tolist()) == {1}
+    for words, message in (
+        (["--fields", "score", "--table", "b.csv"], "b.csv has two rows for one residue"),
+        (["--fields", "height", "--table", "t.csv"], "t.csv has no column 'height' of values; it has residue_name, scale"),
+        (["--table", "t.csv"], "--table is about values at the dots; name them by --fields"),
+        (["--fields", "hydropathy", "--smooth", "3"], "--smooth averages B factors and columns of a table"),
+        (["--fields", "scale"], "there is no field 'scale'"),
+    ):  # fmt: skip
+        assert _command(tmp_path, "surface", *words) is None
+        assert message in capsys.readouterr().err
+
+
+def _command(folder, name_of_command, *words, name="o.csv"):
+    """The file that a command writes of the peptide; None if it fails."""
+    words = [str(folder / word) if word.endswith(".csv") else word for word in words]
+    failed = command.main([name_of_command, PEPTIDE, *words, "-o", str(folder / name)])
+    return None if failed else folder / name
