@@ -18,6 +18,7 @@ from sparsurf.errors import InputError
 from sparsurf.kernels import njit
 from sparsurf.surfaces.chosen_points import on_steps
 from sparsurf.surfaces.half_edges import (
+    LEAST_FACING,
     around,
     mark_neighbours,
     may_collapse,
@@ -42,6 +43,8 @@ MAX_PENALTY = 5.0
 SLIVER = 0.3
 # Below this penalty all new triangles face within 60 degrees of the normals of their corners, so that none is folded
 FACING = 1.5
+
+LOW_BITS = (1 << 32) - 1  # the second of two numbers in one
 
 
 def sized_mesh(
@@ -88,8 +91,10 @@ def decimate(mesh: Mesh, n_vertices: int) -> Mesh:
 
 
 @njit(cache=True, nogil=True)
-def _penalty(h: int, points: np.ndarray, normals: np.ndarray, origin: np.ndarray, twin: np.ndarray) -> float:
-    """Return the factor by which an edge counts as longer if its start goes into its end."""
+def _penalty(
+    h: int, points: np.ndarray, normals: np.ndarray, origin: np.ndarray, twin: np.ndarray
+) -> tuple[float, float]:
+    """Return by which factor an edge counts as longer if its start goes into its end, and the least cosine at a new corner."""
     u, v = origin[h], origin[twin[h]]
     turn = tilt = 1.0
     shape = SLIVER
@@ -107,7 +112,20 @@ def _penalty(h: int, points: np.ndarray, normals: np.ndarray, origin: np.ndarray
             for w in (v, x, y):
                 tilt = min(tilt, normals[w, 0] * vx + normals[w, 1] * vy + normals[w, 2] * vz)
         e = around(e, twin)
-    return min(MAX_PENALTY, 1.0 + 2.0 * (1.0 - turn) + (1.0 - tilt) + 2.0 * (SLIVER / max(shape, 0.01) - 1.0))
+    penalty = 1.0 + 2.0 * (1.0 - turn) + (1.0 - tilt) + 2.0 * (SLIVER / max(shape, 0.01) - 1.0)
+    return min(MAX_PENALTY, penalty), tilt
+
+
+@njit(cache=True, nogil=True)
+def _are_faced(h: int, faced: np.ndarray, origin: np.ndarray, twin: np.ndarray) -> bool:
+    """Return whether all neighbours of the start of a half-edge are faced."""
+    e = h
+    while True:
+        if not faced[origin[twin[e]]]:
+            return False
+        e = around(e, twin)
+        if e == h:
+            return True
 
 
 @njit(cache=True, nogil=True)
@@ -117,15 +135,16 @@ def _best_collapse(
     normals: np.ndarray,
     origin: np.ndarray,
     twin: np.ndarray,
+    faced: np.ndarray,
     seen: np.ndarray,
     stamp: int,
     may_fold: bool,
-) -> tuple[int, float, int]:
-    """Return the half-edge by whose collapse an edge goes best, or -1, and its penalty; and the last stamp in `seen`.
+) -> tuple[int, float, float, int]:
+    """Return the half-edge by whose collapse an edge goes best, or -1, its penalty and least cosine, and the last stamp.
 
     Where the edge itself may not go, around the neck of a tunnel, one of its ends goes into another neighbour.
     """
-    best, least = -1, np.inf
+    best, least, least_tilt = -1, np.inf, 1.0
     stamp += 1
     locked = not may_collapse(h, origin, twin, seen, stamp)
     for side in range(2):
@@ -133,32 +152,34 @@ def _best_collapse(
         while True:
             stamp += 1
             if not locked or may_collapse(e, origin, twin, seen, stamp):
-                penalty = _penalty(e, points, normals, origin, twin)
+                penalty, tilt = _penalty(e, points, normals, origin, twin)
+                # Where all triangles face their corners' normals, before and after, none folds: most need no count
                 folds = (
                     not may_fold
                     and FACING <= penalty < least
+                    and not (tilt >= LEAST_FACING and _are_faced(e, faced, origin, twin))
                     and (
                         n_folds(e, True, points, normals, origin, twin)
                         > n_folds(e, False, points, normals, origin, twin)
                     )
                 )
                 if penalty < least and not folds:
-                    best, least = e, penalty
+                    best, least, least_tilt = e, penalty, tilt
             e = around(e, twin)
             if e == end or not locked:
                 break
-    return best, least, stamp
+    return best, least, least_tilt, stamp
 
 
 @njit(cache=True, nogil=True)
 def _entry(
     h: int, cost: float, origin: np.ndarray, twin: np.ndarray, latest: np.ndarray
-) -> tuple[float, int, int, int, int]:
+) -> tuple[float, int, int]:
     """Return the entry of an edge in the heap; earlier ones of it no longer count."""
     latest[h] += 1
     u, v = origin[h], origin[twin[h]]
     # After the cost the vertices, so that a tie of lengths is decided by the mesh and not by the order of the heap
-    return cost, min(u, v), max(u, v), h, latest[h]
+    return cost, min(u, v) << 32 | max(u, v), h << 32 | latest[h]
 
 
 @njit(cache=True, nogil=True)
@@ -168,6 +189,12 @@ def _collapse(
     """Collapse edges until `n_vertices` are left or none may go; return which triangles are gone, and the number of vertices."""
     dead = np.zeros(len(origin) // 3, np.bool_)
     seen, stamp = np.zeros(len(points), np.int64), 0
+    # vertices whose triangles all face their normals, where that is known
+    faced = np.ones(len(points), np.bool_)
+    for h in range(len(origin)):
+        u = origin[h]
+        x, y, z, _ = triangle_normal(points, u, origin[next_edge(h)], origin[next_edge(next_edge(h))])
+        faced[u] &= x * normals[u, 0] + y * normals[u, 1] + z * normals[u, 2] >= LEAST_FACING
     alive = len(points)
     before = alive + 1
     # entry of the heap that counts, of the lower half-edge of each edge
@@ -176,7 +203,7 @@ def _collapse(
     while alive > n_vertices and (alive < before or not may_fold):
         may_fold = alive == before
         before = alive
-        heap = [(0.0, 0, 0, 0, 0) for _ in range(0)]
+        heap = [(0.0, 0, 0) for _ in range(0)]
         for h in range(len(origin)):
             if not dead[h // 3] and h < twin[h]:
                 heap.append(
@@ -184,11 +211,14 @@ def _collapse(
                 )
         heapq.heapify(heap)
         while len(heap) > 0 and alive > n_vertices:
-            cost, _, _, h, entry = heapq.heappop(heap)
+            cost, _, entry = heapq.heappop(heap)
+            h, entry = entry >> 32, entry & LOW_BITS
             if dead[h // 3] or entry != latest[h] or h > twin[h]:
                 continue
             u, v = origin[h], origin[twin[h]]
-            best, least, stamp = _best_collapse(h, points, normals, origin, twin, seen, stamp, may_fold)
+            best, least, tilt, stamp = _best_collapse(
+                h, points, normals, origin, twin, faced, seen, stamp, may_fold
+            )
             if best < 0:
                 continue
             now = squared_length(points, u, v) * least * least
@@ -201,10 +231,12 @@ def _collapse(
             mark_neighbours(h, origin, twin, seen, stamp)
             remove_start(h, origin, twin, dead)
             alive -= 1
+            faced[v] &= tilt >= LEAST_FACING
             start = e = twin[next_edge(next_edge(h))]
             while True:
                 w = origin[twin[e]]
-                if seen[w] == stamp:  # the others keep their length
+                if seen[w] == stamp:  # the others keep their length and their triangles
+                    faced[w] &= tilt >= LEAST_FACING
                     cost = squared_length(points, v, w)
                     heapq.heappush(heap, _entry(min(e, twin[e]), cost, origin, twin, latest))
                 e = around(e, twin)
