@@ -76,6 +76,30 @@ def test_reading_a_config_imports_nothing_heavy():
     assert run.stdout == "\n"
 
 
+@pytest.mark.parametrize(
+    ("start", "heavy"),
+    [
+        (
+            "sparsurf.cli.command show {molecule} --no-open -o {out}.html",
+            "scipy.spatial scipy.special matplotlib",
+        ),
+        (
+            "sparsurf.cli.msms -if {spheres} -of {out}",
+            "scipy.spatial pandas pydantic sparsurf.molecules.build",
+        ),
+    ],
+)
+def test_a_command_loads_nothing_heavy_that_it_does_not_need(start, heavy, tmp_path):
+    """Each takes a tenth of a second, and what these commands compute is done after one."""
+    spheres = tmp_path / "few.xyzr"
+    spheres.write_text("0 0 0 1.7\n3 0 0 1.7\n0 3 0 1.5\n")
+    molecule = ROOT / "data" / "tdp43" / "topology.pdb"
+    module, *words = start.format(molecule=molecule, spheres=spheres, out=tmp_path / "out").split()
+    code = f"import sys; from {module} import main; main({words}); print(*{set(heavy.split())} & set(sys.modules))"
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert run.stdout.endswith("\n\n") or run.stdout == "\n", run.stdout
+
+
 def test_no_kernel_lets_the_compiler_change_a_result():
     """Reordered sums, fused products and products with an inverse differ from one compilation and processor to the next."""
     for path in SOURCES.rglob("*.py"):

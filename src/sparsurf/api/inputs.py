@@ -13,20 +13,7 @@ from sparsurf.arguments import FRAME, index_array
 from sparsurf.errors import InputError, argument, naming_file
 from sparsurf.files import shorten
 from sparsurf.molecules.formats import FILE_OF_DOTS, suffix
-from sparsurf.molecules.libraries import (
-    WITH_ATOMS,
-    from_biopython,
-    from_biotite,
-    from_gemmi,
-    from_mdanalysis,
-    from_mdtraj,
-    from_openmm,
-    from_parmed,
-    from_prody,
-    from_rdkit,
-)
 from sparsurf.molecules.molecule import Molecule
-from sparsurf.molecules.read_molecule import molecule_of_files
 from sparsurf.molecules.selection import Groups, groups_of_atoms
 from sparsurf.molecules.source import Source, open_source
 from sparsurf.surfaces.chosen_points import Points
@@ -72,12 +59,16 @@ def as_molecule(source: MoleculeLike, groups: Groups | None = None) -> Molecule:
     if isinstance(source, str | Path):
         source = open_source(source)
     if isinstance(source, Source):
+        from sparsurf.molecules.read_molecule import molecule_of_files  # here, as below: pairs need no reader
+
         return molecule_of_files(source, None, {"groups": groups})
     if isinstance(source, Molecule):
         return source if groups is None else source.select(selection="all", groups=groups)
-    convert = _converter(source)
+    from sparsurf.molecules import libraries
+
     try:
-        if convert is not None:
+        if name := _converter(source):
+            convert = getattr(libraries, name)
             return convert(source) if groups is None else convert(source, groups=groups)
         reason = ""
     except InputError:
@@ -86,7 +77,7 @@ def as_molecule(source: MoleculeLike, groups: Groups | None = None) -> Molecule:
         reason = f" that can be read ({shorten(f'{type(error).__name__}: {error}')})"
     raise InputError(
         f"{_with_article(source)} is not a molecule{reason}: give the path of a structure, a molecule from read_molecule, "
-        f"or atoms of {WITH_ATOMS}."
+        f"or atoms of {libraries.WITH_ATOMS}."
     )
 
 
@@ -98,30 +89,30 @@ def attribute(source: Any, name: str) -> Any:
         return None
 
 
-def _converter(source: Any) -> Any:
-    """Return the function that converts atoms of another library, known by their attributes; None for anything else."""
+def _converter(source: Any) -> str | None:
+    """Return the name of what converts atoms of another library, known by their attributes; None for anything else."""
 
     def has(*names: str) -> bool:
         return all(attribute(source, name) is not None for name in names)
 
     if has("topology", "xyz"):
-        return from_mdtraj
+        return "from_mdtraj"
     if has("coord", "atom_name"):
-        return from_biotite
+        return "from_biotite"
     if has("universe", "atoms"):
-        return from_mdanalysis
+        return "from_mdanalysis"
     if type(source).__module__ == "gemmi":
-        return {"Structure": from_gemmi, "Model": from_gemmi}.get(type(source).__name__)
+        return "from_gemmi" if type(source).__name__ in ("Structure", "Model") else None
     if has("get_atoms") and attribute(source, "level") in ("S", "M", "C"):
-        return from_biopython
+        return "from_biopython"
     if has("getCoordsets", "getResnums"):
-        return from_prody
+        return "from_prody"
     if has("atoms", "get_coordinates"):  # which also has a topology and positions
-        return from_parmed
+        return "from_parmed"
     if has("topology", "positions"):
-        return from_openmm
+        return "from_openmm"
     if has("GetConformers", "GetAtoms"):
-        return from_rdkit
+        return "from_rdkit"
     return None
 
 

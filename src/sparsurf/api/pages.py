@@ -29,7 +29,7 @@ from sparsurf.evaluation.residues import residue_table
 from sparsurf.files import pluralise
 from sparsurf.messages import no_warnings
 from sparsurf.molecules.source import open_source
-from sparsurf.patches.index import build_grid, select_separated
+from sparsurf.patches.index import build_grid, nearest_of, select_separated
 from sparsurf.progress import Progress
 from sparsurf.settings import PatchesSettings, Settings
 from sparsurf.surfaces.components import (
@@ -238,8 +238,6 @@ def drawn_mesh(surface: Surface, distance: float = 0.0) -> Mesh | None:
     Where the dots are some of a large surface, at a `distance`, Å, the triangles lie between them, since those of its atoms take
     minutes.
     """
-    from scipy.spatial import cKDTree
-
     from sparsurf.recovery.mesh import mesh_of_dense, recovered_mesh
     from sparsurf.surfaces.mesh import widest_step
     from sparsurf.surfaces.radii import PROBE_RADIUS
@@ -263,7 +261,7 @@ def drawn_mesh(surface: Surface, distance: float = 0.0) -> Mesh | None:
             mesh = coarsened(mesh, DENSITY_OF_PICTURES)
     except InputError:  # a grid around it does not fit into the memory, or the dots enclose nothing
         return None
-    nearest = np.asarray(cKDTree(surface.points).query(mesh.vertices.points)[1])
+    nearest = nearest_of(surface.points, mesh.vertices.points)
     return replace(mesh, vertices=replace(mesh.vertices, atom=surface.atom[nearest]))
 
 

@@ -11,7 +11,6 @@ from sparsurf.api.inputs import MoleculeLike, as_spheres, refuse_dots
 from sparsurf.arguments import CAVITIES, D_LINK, PROBE, Cavities, RadiiTable, check_choice, check_flag
 from sparsurf.errors import InputError, argument
 from sparsurf.molecules.molecule import Molecule
-from sparsurf.molecules.pdb import write_pdb
 from sparsurf.suggestions import public
 from sparsurf.surfaces.molecular_surface import surface_of_surface_atoms
 from sparsurf.surfaces.radii import PROBE_RADIUS, RADII
@@ -140,6 +139,8 @@ def writers_of_atoms(atoms: SurfaceAtoms) -> dict[str, Callable[[Path], Any]]:
     }
     if molecule is None:
         return writers
+    from sparsurf.molecules.pdb import write_pdb  # here: it loads gemmi
+
     chosen = molecule.take(atoms.atom)
     note = "The B factor of each atom is its radius in A."
     writers[".pqr"] = lambda path: write_pqr(path, atoms.centres, atoms.radii, chosen, header)

@@ -45,11 +45,8 @@ from sparsurf.arguments import (
     check_choice,
 )
 from sparsurf.errors import InputError, argument
-from sparsurf.molecules.formats import FILE_OF_DOTS
 from sparsurf.molecules.molecule import Molecule
-from sparsurf.molecules.read_molecule import molecule_of_files
 from sparsurf.molecules.selection import Groups
-from sparsurf.molecules.source import Source
 from sparsurf.patches.index import D_LINK, PatchIndex, build_index
 from sparsurf.suggestions import public
 from sparsurf.surfaces.chosen_points import Points
@@ -446,8 +443,6 @@ def as_surface(source: SurfaceLike, d_link: float = D_LINK) -> Surface:
     given = opened_source(source)
     if isinstance(given, SurfaceAtoms):
         return surface_of_atoms(given, d_link=d_link)
-    if isinstance(given, Source) and given.format.name != FILE_OF_DOTS:
-        return surface_of_molecule(molecule_of_files(given), Placement(), d_link, "surface", 0)
     if not has_atoms(given):
         return as_dots(given)
     return surface_of_molecule(as_molecule(given), Placement(), d_link, "surface", 0)

@@ -15,6 +15,7 @@ from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.molecules.selection import POLYMERS, Partners, partners_of_atoms
 from sparsurf.surfaces.areas import contacts_of_spheres
 from sparsurf.surfaces.radii import RADII, radii
+from sparsurf.surfaces.vectors import pairs_within
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -35,8 +36,6 @@ def with_surroundings(molecule: Molecule) -> Molecule:
 
     None follow where the molecule was moved since it was read, or has other frames than its file.
     """
-    from scipy.spatial import cKDTree
-
     if not molecule.files or molecule.masked_residues:
         return molecule
     try:
@@ -50,8 +49,11 @@ def with_surroundings(molecule: Molecule) -> Molecule:
     placed = np.array([place.get(key, -1) for key in _keys(molecule)])
     if (placed < 0).any() or np.abs(whole.xyz[:, placed] - molecule.xyz).max() > SAME_POSITION:
         return molecule
-    near = np.asarray(cKDTree(molecule.xyz[0]).query(whole.xyz[0])[0]) < NEAR_MOLECULE
-    near &= ~np.isin(np.arange(whole.n_atoms), placed) & ~np.isin(whole.kind, ("protein", "water"))
+    near = ~np.isin(np.arange(whole.n_atoms), placed) & ~np.isin(whole.kind, ("protein", "water"))
+    strangers = np.flatnonzero(near)
+    near[strangers] = np.isin(
+        np.arange(len(strangers)), pairs_within(molecule.xyz[0], whole.xyz[0, strangers], NEAR_MOLECULE)[0]
+    )
     is_strand = (whole.kind == "nucleic") & np.isin(
         whole.chain, whole.chain[near & (whole.kind == "nucleic")]
     )
@@ -77,8 +79,8 @@ def drawn_without_surface(drawn: Molecule, n_atoms: int) -> list[str]:
     labels = [*dict.fromkeys(drawn.residue_label(atom) for atom in range(n_atoms, drawn.n_atoms))]
     if not labels:
         return []
-    more = f" and {len(labels) - MAX_NAMED} more" if len(labels) > MAX_NAMED else ""
-    first = ", ".join(labels[:MAX_NAMED]) + more
+    unnamed = f" and {len(labels) - MAX_NAMED} more" if len(labels) > MAX_NAMED else ""
+    first = ", ".join(labels[:MAX_NAMED]) + unnamed
     verb, them = ("is", "it") if len(labels) == 1 else ("are", "them")
     return [f"{first} {verb} drawn, and the surface leaves {them} out."]
 

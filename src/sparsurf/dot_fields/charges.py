@@ -12,8 +12,8 @@ import os
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Sequence
 from functools import cache
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -24,10 +24,9 @@ from sparsurf.files import read_text
 from sparsurf.molecules.names import usual_name
 from sparsurf.molecules.pqr import read_pqr
 from sparsurf.molecules.residues import VARIANTS, standard_name
+from sparsurf.surfaces.vectors import pairs_within
 
 if TYPE_CHECKING:
-    from scipy.spatial import cKDTree
-
     from sparsurf.molecules.molecule import Molecule
 
 log = logging.getLogger("sparsurf")
@@ -125,10 +124,9 @@ def _disulphide_residues(molecule: Molecule) -> set[int]:
     sulphur = np.flatnonzero(molecule.name == "SG")
     if len(sulphur) < 2:
         return set()
-    from scipy.spatial import cKDTree  # here: it takes a quarter of a second to load
-
-    pairs = cKDTree(molecule.xyz[0, sulphur]).query_pairs(MAX_DISULPHIDE_BOND)
-    return {int(molecule.residue_index[sulphur[k]]) for pair in pairs for k in pair}
+    xyz = molecule.xyz[0, sulphur]
+    first, second = pairs_within(xyz, xyz, MAX_DISULPHIDE_BOND)
+    return set(molecule.residue_index[sulphur[first[first != second]]].tolist())
 
 
 def _chain_ends(molecule: Molecule) -> tuple[set[int], set[int]]:
@@ -146,39 +144,41 @@ def _polar_hydrogens(
     xyz: np.ndarray, heavy: np.ndarray, atoms: np.ndarray, n_hydrogens: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return positions (H, 3) of the polar hydrogens of heavy atoms, and the atom of each; from the file, else built."""
-    from scipy.spatial import cKDTree
-
     hydrogens, heavy_xyz = xyz[~heavy], xyz[heavy]
-    neighbours = cKDTree(heavy_xyz)
-    bonded: Sequence[list[int]] = [[]] * len(atoms)
-    if len(hydrogens):
-        bonded = cKDTree(hydrogens).query_ball_point(xyz[atoms], MAX_BOND_TO_HYDROGEN)
-    near = neighbours.query_ball_point(xyz[atoms], MAX_HEAVY_BOND)
+    bonded = _lists_within(hydrogens, xyz[atoms], MAX_BOND_TO_HYDROGEN)
+    near, place = _lists_within(heavy_xyz, heavy_xyz, MAX_HEAVY_BOND), np.cumsum(heavy) - 1
     positions, owner = [], []
-    for atom, in_file, close in zip(atoms, bonded, near, strict=True):
-        arms = heavy_xyz[np.array(close, int)]
-        arms = arms[np.linalg.norm(arms - xyz[atom], axis=1) > 0.1]  # without the atom itself
+    for atom, in_file in zip(atoms, bonded, strict=True):
+        arms = _apart(heavy_xyz, near[place[atom]], xyz[atom])
         if len(in_file):
             added = list(hydrogens[in_file])
         else:
-            added = _build_hydrogens(xyz[atom], arms, int(n_hydrogens[atom]), neighbours)
+            beyond = _apart(heavy_xyz, near[arms[0]], xyz[atom]) if len(arms) == 1 else arms
+            added = _build_hydrogens(xyz[atom], heavy_xyz[arms], heavy_xyz[beyond], int(n_hydrogens[atom]))
         positions.extend(added)
         owner.extend([atom] * len(added))
     return np.array(positions).reshape(-1, 3), np.array(owner, int)
 
 
-def _build_hydrogens(
-    atom: np.ndarray, arms: np.ndarray, number: int, heavy_atoms: cKDTree
-) -> list[np.ndarray]:
-    """Place `number` hydrogens of an atom: opposite to several bonded neighbours, or around its only one."""
+def _lists_within(points: np.ndarray, positions: np.ndarray, distance: float) -> list[np.ndarray]:
+    """Return the points within a distance, Å, of each position, by index."""
+    position, point = pairs_within(points, positions, distance)
+    ends = np.searchsorted(position, np.arange(len(positions) + 1))
+    return [point[start:end] for start, end in pairwise(ends)]
+
+
+def _apart(xyz: np.ndarray, atoms: np.ndarray, place: np.ndarray) -> np.ndarray:
+    """Return the atoms that do not lie in a place."""
+    return atoms[np.linalg.norm(xyz[atoms] - place, axis=1) > 0.1]
+
+
+def _build_hydrogens(atom: np.ndarray, arms: np.ndarray, beyond: np.ndarray, number: int) -> list[np.ndarray]:
+    """Place `number` hydrogens of an atom: opposite to several bonded neighbours, or around its only one, from those beyond."""
     if len(arms) != 1:
         away = -sum(((arm - atom) / np.linalg.norm(arm - atom) for arm in arms), np.zeros(3))
         return [atom + HYDROGEN_BOND_LENGTH * away / max(float(np.linalg.norm(away)), 1e-9)] * number
     axis = (atom - arms[0]) / np.linalg.norm(atom - arms[0])
-    beyond = heavy_atoms.data[heavy_atoms.query_ball_point(arms[0], MAX_HEAVY_BOND)]
-    beyond = beyond[
-        (np.linalg.norm(beyond - arms[0], axis=1) > 0.1) & (np.linalg.norm(beyond - atom, axis=1) > 0.1)
-    ]
+    beyond = beyond[np.linalg.norm(beyond - arms[0], axis=1) > 0.1]
     side = (beyond[0] if len(beyond) else arms[0] + axis[[1, 2, 0]]) - arms[0]
     side = side - (side @ axis) * axis
     side = side / max(float(np.linalg.norm(side)), 1e-9)

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from sparsurf.errors import naming_file
 from sparsurf.files import StrPath, pluralise
-from sparsurf.molecules.pdb import pdb_b_factor, write_pdb
 from sparsurf.molecules.residues import split_label
 from sparsurf.molecules.selection import select_atoms
 from sparsurf.shown import Shown
@@ -140,6 +139,8 @@ class Molecule(Shown):
         b_factor : (A,) float, optional
             Numbers for the B-factor column; by default the molecule's B factors.
         """
+        from sparsurf.molecules.pdb import pdb_b_factor, write_pdb  # here: it loads gemmi
+
         b_factor = pdb_b_factor(self.b_factor) if b_factor is None else b_factor
         write_pdb(path, self.xyz[frame], self, b_factor)
 

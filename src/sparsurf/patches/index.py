@@ -350,6 +350,13 @@ def select_separated(
     return out[:m].copy()
 
 
+def nearest_of(points: np.ndarray, positions: np.ndarray, threads: int = 1) -> np.ndarray:
+    """Find the point (N, 3) nearest to each position (M, 3), the lowest of equally near ones, (M,) indices."""
+    points = np.ascontiguousarray(points, np.float64)
+    edge = max(float(np.prod(np.maximum(np.ptp(points, axis=0), 1e-3)) / len(points)) ** (1 / 3), 1e-3)
+    return nearest_dots(build_grid(points, side=edge), positions, edge, threads=threads)[0]
+
+
 def nearest_dots(
     index: PatchIndex,
     points: np.ndarray,

@@ -1,16 +1,20 @@
 """A closed mesh of the surface reconstructed from few dots with normals."""
 
+from __future__ import annotations
+
 import logging
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy import ndimage
-from scipy.spatial import cKDTree
 
 from sparsurf.errors import InputError
 from sparsurf.recovery.interpolated_surface import NEWTON_STEPS, REACH, interpolate_surface
 from sparsurf.surfaces.mesh import GRID_STEP, Mesh, build_mesh, grid_around, marching_tetrahedra
 from sparsurf.surfaces.spacing import DENSITY
 from sparsurf.threads import parallel_map
+
+if TYPE_CHECKING:
+    from scipy.spatial import cKDTree
 
 log = logging.getLogger("sparsurf")
 
@@ -43,6 +47,8 @@ def mesh_of_dense(dense: np.ndarray, outward: np.ndarray, step: float = GRID_STE
     if np.sum(outward * (dense - dense.mean(axis=0))) < 0:  # proportional to the volume of a closed surface
         log.warning("the normals point inward, so that the mesh encloses the outside: reverse them")
     low, shape = grid_around(dense, BANDS[-1] * step, step)
+    from scipy.spatial import cKDTree  # here, as below: scipy takes a quarter of a second to load
+
     tree = cKDTree(dense)
     distance = _steps_to_dots(dense, low, tuple(shape), step)
     for band in BANDS:
@@ -69,6 +75,8 @@ def mesh_of_dense(dense: np.ndarray, outward: np.ndarray, step: float = GRID_STE
 
 def _steps_to_dots(dense: np.ndarray, low: np.ndarray, shape: tuple[int, ...], step: float) -> np.ndarray:
     """Return the distance of each grid point to the nearest grid point at a dense dot, in steps, (X, Y, Z)."""
+    from scipy import ndimage
+
     empty = np.ones(shape, bool)
     empty[tuple(np.round((dense - low) / step).astype(int).T)] = False
     return ndimage.distance_transform_edt(empty)
@@ -104,6 +112,8 @@ def _assign_sides(values: np.ndarray, near: np.ndarray) -> tuple[np.ndarray, boo
     Each connected region is assigned to the side that most of its boundary faces indicate. Faces disagree if inside and
     outside are connected through a hole that no layer closes.
     """
+    from scipy import ndimage
+
     regions, n = ndimage.label(~near)
     inside, outside = np.zeros(n + 1), np.zeros(n + 1)
     for axis in range(3):

@@ -3,14 +3,18 @@
 Table I of the paper lists the combination that its criterion d selected in each range of n_S.
 """
 
+from __future__ import annotations
+
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import NamedTuple, Self
+from typing import TYPE_CHECKING, NamedTuple, Self
 
 import numpy as np
-import pandas as pd
 
 from sparsurf.patches.readings import KEPT_READING
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 SEPARATOR = "; "  # between combinations in one field of a table
 

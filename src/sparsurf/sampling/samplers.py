@@ -11,7 +11,7 @@ import numpy as np
 
 from sparsurf import kinds
 from sparsurf.errors import InputError
-from sparsurf.patches.index import build_grid, nearest_dots, select_separated
+from sparsurf.patches.index import nearest_of, select_separated
 from sparsurf.sampling import published
 from sparsurf.sampling.combination import PUBLISHED_CHOICES, Choices
 from sparsurf.sampling.farthest_point import farthest_point_sampling
@@ -196,9 +196,7 @@ def nearest_chosen(points: np.ndarray, subset: np.ndarray, threads: int = 1) -> 
     The squares of the distances between positions on steps are exact, so that no rounding decides.
     """
     positions = on_steps(points)
-    few = np.ascontiguousarray(positions[subset])
-    edge = max(float(np.prod(np.maximum(np.ptp(few, axis=0), 1e-3)) / len(few)) ** (1 / 3), 1e-3)
-    return nearest_dots(build_grid(few, side=edge), positions, edge, threads=threads)[0]
+    return nearest_of(positions[subset], positions, threads)
 
 
 def nearest_kept(points: np.ndarray, subset: np.ndarray, threads: int = 1) -> tuple[np.ndarray, np.ndarray]:

@@ -85,6 +85,24 @@ def sort_into_cells(points: np.ndarray, size: float) -> Cells:
     return Cells(order, key[order], low, shape, float(size))
 
 
+def pairs_within(points: np.ndarray, positions: np.ndarray, distance: float) -> tuple[np.ndarray, np.ndarray]:
+    """Find the points (N, 3) within a distance of each position (M, 3): both numbers of each pair, in order, (P,) each."""
+    if len(points) == 0 or len(positions) == 0:
+        return np.zeros(0, np.int64), np.zeros(0, np.int64)
+    cells = sort_into_cells(points, distance)
+    cube = np.floor((positions - cells.low) / distance).astype(np.int64)
+    column = np.array([(a * cells.shape[0] + b) * cells.shape[1] for a in range(3) for b in range(3)])
+    key = ((cube[:, 0] * cells.shape[0] + cube[:, 1]) * cells.shape[1] + cube[:, 2])[:, None] + column
+    first = np.searchsorted(cells.key, key).ravel()
+    n = np.searchsorted(cells.key, key + 2, side="right").ravel() - first
+    position = np.repeat(np.arange(len(positions)), n.reshape(-1, 9).sum(axis=1))
+    point = cells.order[np.arange(n.sum()) + np.repeat(first - np.cumsum(n) + n, n)]
+    near = ((points[point] - positions[position]) ** 2).sum(axis=1) <= distance * distance
+    position, point = position[near], point[near]
+    order = np.lexsort((point, position))
+    return position[order], point[order]
+
+
 @njit(cache=True, nogil=True)
 def cell_column(cells: Cells, position: Vector, c: int) -> tuple[int, int]:
     """Return the first slot and the last key of column c (0 to 8) of the 3 x 3 x 3 cubes around a position."""

@@ -22,6 +22,7 @@ from sparsurf.dot_fields.registry import compute_fields, hydropathy, label_and_u
 from sparsurf.dot_fields.smoothing import gaussian_mean
 from sparsurf.errors import InputError
 from sparsurf.molecules.molecule import Molecule
+from sparsurf.surfaces.vectors import pairs_within
 
 PEPTIDE = str(ROOT / "data" / "tdp43" / "topology.pdb")
 LINE = "ATOM  {:5d}  {:<3s} {:3s} A{:4d}    {:8.3f}{:8.3f}{:8.3f}  1.00{:6.2f}           {:1s}\n"
@@ -44,6 +45,15 @@ def test_hydropathy_is_that_of_its_source():
     ):
         alone = SimpleNamespace(residue_name=np.array([residue]), xyz=np.zeros((1, 1, 3)))
         assert hydropathy(alone, np.eye(3)) == pytest.approx([float(value)] * 3), residue
+
+
+def test_atoms_within_a_distance_are_found_in_their_order():
+    rng = np.random.default_rng(7)
+    points, positions = rng.uniform(-4, 4, (300, 3)), rng.uniform(-7, 7, (200, 3))
+    distance = np.linalg.norm(positions[:, None] - points, axis=2)
+    for limit in (0.5, 1.4, 20.0):
+        assert np.array_equal(np.stack(pairs_within(points, positions, limit)), np.nonzero(distance <= limit))
+    assert [part.size for part in pairs_within(points[:0], positions, 1.0)] == [0, 0]
 
 
 def test_one_charge_has_the_potential_of_the_formula():

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.spatial import cKDTree
 
+from sparsurf.patches.index import nearest_of
 from sparsurf.surfaces.formats.ply import KIND_COLOURS, ROUGHNESS_LIMITS, VERTEX_GREY, limits_of, viridis
 from sparsurf.views.page.packing import OCTAHEDRON, in_steps, pack
 from sparsurf.views.page.shapes import SHAPE_STEP, DrawnAtoms, Shape, shape_columns
@@ -153,7 +153,7 @@ class PageScene:
         residues = [self._residues_of_corners(shape, entries["residues"]) for shape in shapes]
         columns |= shape_columns(shapes, residues)
         if self.surface is not None and len(corners):
-            near = np.asarray(cKDTree(self.surface.points).query(corners)[1])
+            near = nearest_of(self.surface.points, corners)
             columns |= self._values(header, near, "corner")
             columns |= {"corner kind": self.surface.kind[near]} if header["kinds"] else {}
         if self.dots is not None:
@@ -208,7 +208,7 @@ class PageScene:
             return np.asarray(self.atoms.molecule.residue_index[shape.mesh.vertices.atom])
         if self.surface is None or shape.mesh is None:
             return np.full(len(shape.corners), -1)
-        return self._residues_of_dots(np.asarray(cKDTree(self.surface.points).query(shape.corners)[1]), names)
+        return self._residues_of_dots(nearest_of(self.surface.points, shape.corners), names)
 
 
 PLDDT_BANDS = [
