@@ -71,8 +71,8 @@ def compile_surfaces() -> None:
     shell = np.concatenate([np.zeros((1, 3)), 2 * points]), np.full(BALL_DOTS + 1, 1.7)
     for cavities in ("keep", "remove"):
         surface_atoms(shell, cavities=cavities)
-    some = roll_probe(centres[:12], radii[:12], PROBE_RADIUS, exact=True)
-    roll_probe(centres, radii, PROBE_RADIUS, exact=True, before=some)  # as for atoms that are inferred later
+    fewer = roll_probe(centres[:12], radii[:12], PROBE_RADIUS, exact=True)
+    roll_probe(centres, radii, PROBE_RADIUS, exact=True, before=fewer)  # as for atoms that are inferred later
     rolled = roll_spheres(*helix(), PROBE_RADIUS)
     exact_distance(points, rolled)
     distance_of_dots(points, normals, rolled)

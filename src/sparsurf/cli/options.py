@@ -269,8 +269,8 @@ def add_d_link(parser: argparse.ArgumentParser) -> None:
 
 def add_fields(parser: argparse._ActionsContainer, has_table: bool = True) -> None:
     """Add the option that chooses the fields of the dots, and if the command `has_table` those of values of atoms."""
-    others = f", maps ({' '.join(MAPS)}), columns of --table" if has_table else ""
-    help_text = f"values at the dots: %(choices)s{others}, with commas between"
+    further = f", maps ({' '.join(MAPS)}), columns of --table" if has_table else ""
+    help_text = f"values at the dots: %(choices)s{further}, with commas between"
     parser.add_argument("--fields", choices=SeveralNames("field"), metavar="NAMES", help=help_text)
     if has_table:
         help_text = "CSV with columns residue, chain, atom (or residue_name, of a scale) and of values that --fields names"
