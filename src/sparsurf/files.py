@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import bz2
 import codecs
 import gzip
 import hashlib
 import importlib
 import io
+import lzma
 import os
 import re
 import stat
 import sys
 import zlib
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -25,7 +28,14 @@ if TYPE_CHECKING:
 StrPath: TypeAlias = str | os.PathLike[str]
 
 MAX_UNPACKED_BYTES = 2**30  # uncompressed; the largest structures of the PDB have half of it
-GZIP = b"\x1f\x8b"  # how a gzip file begins
+# How compressed files begin, and the suffix and the module of the compressions that are read
+PACKINGS: dict[bytes, tuple[str, Any]] = {
+    b"\x1f\x8b": (".gz", gzip), b"BZh": (".bz2", bz2), b"\xfd7zXZ\0": (".xz", lzma),
+}  # fmt: skip
+PACKED = tuple(suffix for suffix, _ in PACKINGS.values())
+NOT_READ = {b"\x28\xb5\x2f\xfd": "zstd", b"PK\x03\x04": "zip"}
+DAMAGED = (EOFError, zlib.error, lzma.LZMAError, gzip.BadGzipFile)  # what modules of compressions raise
+BYTES_TO_RECOGNISE = 200
 MAX_QUOTED_LENGTH = 200  # characters; a message shortens a longer string
 N_ROWS_TO_COMPARE = 10  # at the end of a table: they show whether its last row is complete
 URL_START = re.compile(r"[a-z][a-z0-9+]+:/", re.IGNORECASE)  # a Path drops one of its slashes
@@ -122,8 +132,37 @@ def _unreadable(path: Path, error: OSError | ValueError) -> InputError:
     return InputError(f"{shorten(path)} cannot be read: {getattr(error, 'strerror', None) or error}.")
 
 
+def packing_of(begin: bytes) -> tuple[str, Any]:
+    """Return the suffix and the module of the compression of a file that begins so; an empty suffix and None without one."""
+    found = (packing for magic, packing in PACKINGS.items() if begin.startswith(magic))
+    return next((packing for packing in found if packing[0] != ".bz2" or begin[4:6] == b"1A"), ("", None))
+
+
+def refuse_packed(path: object, begin: bytes) -> None:
+    """Raise InputError for a file that begins as one of a compression that is not read; an npz is a zip file of arrays."""
+    kind = next((kind for magic, kind in NOT_READ.items() if begin.startswith(magic)), None)
+    if kind and b".npy" not in begin[:BYTES_TO_RECOGNISE]:
+        raise InputError(
+            f"{path} is compressed with {kind}, which is not read; unpack it, and give the unpacked file."
+        )
+
+
+def beginning(path: StrPath, size: int) -> bytes:
+    """Return the first bytes of the content of a file, uncompressed; those that are there of a damaged one."""
+    with open(path, "rb") as stored:
+        begin = stored.read(size)
+    module = packing_of(begin)[1]
+    if module is None:
+        return begin
+    out = b""
+    with suppress(*DAMAGED, OSError), module.open(path) as stream:
+        while len(out) < size and (piece := stream.read1(size - len(out))):
+            out += piece
+    return out
+
+
 def read_bytes(path: str | os.PathLike[str]) -> bytes:
-    """Return the bytes of a file of at most MAX_UNPACKED_BYTES, uncompressed if its name ends in .gz."""
+    """Return the bytes of a file of at most MAX_UNPACKED_BYTES, uncompressed if its name ends in .gz, .bz2 or .xz."""
     return content_of(existing_file(path))
 
 
@@ -132,35 +171,37 @@ def content_of(path: Path) -> bytes:
     begin, name = b"", str(path) if len(str(path)) <= MAX_QUOTED_LENGTH else shorten(path)
     try:
         with path.open("rb") as stored:
-            begin = stored.read(len(GZIP))
+            begin = stored.read(BYTES_TO_RECOGNISE)
             stored.seek(0)
-            with gzip.open(stored) if path.suffix.lower() == ".gz" else stored as stream:
+            refuse_packed(name, begin)
+            ending, module = packing_of(begin)
+            is_named = path.suffix.lower() in PACKED
+            if is_named and path.suffix.lower() != ending:
+                kind = path.suffix.lower()
+                raise InputError(f"{name} is named {kind} but is not compressed so: rename or compress it.")
+            with module.open(stored) if is_named else stored as stream:
                 content = stream.read(MAX_UNPACKED_BYTES + 1)
-    except gzip.BadGzipFile:
-        if begin != GZIP:
-            raise InputError(f"{name} is named .gz but is not gzip: rename or compress it.") from None
-        raise InputError(f"{name} is damaged inside its gzip: copy it again.") from None
-    except (EOFError, zlib.error):
-        raise InputError(f"{name} is cut short or damaged inside its gzip: copy it again.") from None
+    except DAMAGED:
+        raise InputError(f"{name} is cut short or damaged inside its compression: copy it again.") from None
     except OSError as error:
+        if is_named and error.errno is None:  # of bz2
+            raise InputError(f"{name} is damaged inside its compression: copy it again.") from None
         raise _unreadable(path, error) from None
     if len(content) > MAX_UNPACKED_BYTES:
         raise InputError(
             f"{name} holds more than {MAX_UNPACKED_BYTES // 2**20} MB (uncompressed): give a smaller file."
         )
-    if path.suffix.lower() == ".gz" and content.startswith(GZIP):
+    if is_named and packing_of(content)[1]:
         raise InputError(
-            f"{name} is compressed twice: uncompress it, and name it .gz if it is still compressed then."
+            f"{name} is compressed twice: uncompress it, and name it {packing_of(content)[0]} if it is still compressed then."
         )
     return content
 
 
 def decode_text(content: bytes) -> str:
     """Decode a text file, UTF-8 with or without a byte-order mark, else Latin-1; every line ends in a line feed."""
-    if content.startswith(GZIP):
-        raise InputError(
-            f"{FILE} is compressed with gzip: add .gz to its name, or uncompress it with gunzip."
-        )
+    if packing := packing_of(content)[0]:
+        raise InputError(f"{FILE} is compressed: add {packing} to its name, or uncompress it.")
     if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         raise InputError(f"{FILE} is stored as UTF-16: store it as UTF-8.")
     if b"\0" in content:

@@ -5,9 +5,11 @@ gives them), then ~ and words of the warning if there is one. An outcome of ! an
 name of the file. Words are regular expressions.
 """
 
+import bz2
 import gzip
 import io
 import logging
+import lzma
 import os
 import random
 import re
@@ -22,6 +24,7 @@ from pathlib import Path
 import gemmi
 import mdtraj
 import numpy as np
+import pandas as pd
 import pytest
 import yaml
 from hypothesis import given, settings
@@ -609,12 +612,25 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
     "is-pdb.txt": (GOOD, {}, "1 20 4 279.2"),
     "notes.txt": ("Of the protein\n", {}, "! not a structure by its content: give a file of one of the formats PDB, mmCIF"),
     # encodings, compression, ends of lines, columns
-    "is-not.pdb.gz": (GOOD, {}, "! is named .gz but is not gzip"),
-    "more behind it.pdb.gz": (ZIPPED + b"text", {}, "! damaged inside its gzip"),
-    "cut.pdb.gz": (ZIPPED[:-9], {}, "! cut short or damaged inside its gzip"),
+    "is-not.pdb.gz": (GOOD, {}, "! is named .gz but is not compressed so"),
+    "more behind it.pdb.gz": (ZIPPED + b"text", {}, "! damaged inside its compression"),
+    "cut.pdb.gz": (ZIPPED[:-9], {}, "! cut short or damaged inside its compression"),
     "twice.pdb.gz": (gzip.compress(ZIPPED), {}, "! is compressed twice"),
     "members.pdb.gz": (gzip.compress(GOOD[:162].encode()) + gzip.compress(GOOD[162:].encode()), {}, "1 20 4"),
     "once.pdb.gz.gz": (ZIPPED, {}, "1 20 4 279.2"),
+    "a.pdb.bz2": (bz2.compress(GOOD.encode()), {}, "1 20 4 279.2"),
+    "a.pdb.xz": (lzma.compress(GOOD.encode()), {}, "1 20 4 279.2"),
+    "no suffix but.xz": (lzma.compress(GOOD.encode()), {}, "1 20 4 279.2"),
+    "cut.pdb.bz2": (bz2.compress(GOOD.encode())[:-9], {}, "! cut short or damaged inside its compression"),
+    "cut.pdb.xz": (lzma.compress(GOOD.encode())[:-40], {}, "! cut short or damaged inside its compression"),
+    "damaged.pdb.bz2": (
+        bz2.compress(GOOD.encode()).replace(b"1AY&SY", b"1AY&SX"), {}, "! is damaged inside its compression"),
+    "gz.pdb.bz2": (ZIPPED, {}, "! is named .bz2 but is not compressed so"),
+    "twice.pdb.xz": (lzma.compress(ZIPPED), {}, "! is compressed twice: .* name it .gz"),
+    "xz.pdb": (lzma.compress(GOOD.encode()), {}, "! is compressed: add .xz to its name"),
+    "BZh in its title.gro": ("BZh" + gro(GOOD.splitlines()[:20])[3:], {}, "1 20 4"),
+    "a.pdb.zst": (b"\x28\xb5\x2f\xfd" + bytes(9), {}, "! is compressed with zstd, which is not read; unpack it"),
+    "a.zip": (b"PK\x03\x04" + bytes(26) + b"a.pdb" + GOOD.encode(), {}, "! is compressed with zip, which is not read; unpack it"),
     "utf16.pdb": (GOOD.encode("utf-16"), {}, "! stored as UTF-16"),
     "utf16 of the other order.pdb": (b"\xfe\xff" + GOOD.encode("utf-16-be"), {}, "! stored as UTF-16"),
     "bom before Latin-1.pdb": (b"\xef\xbb\xbf" + GOOD.encode()[:-4] + b"REMARK \xe5\nEND\n", {}, "1 20 4"),
@@ -759,8 +775,8 @@ STRUCTURES = {  # name: content, keys of read_molecule, outcome
         peptide(["ALA"] * 2, first=9998) + "TER\n" + peptide(["ALA"] * 2, first=2710, origin=(0, 40, 0)) + "END\n",
         {"residues": "A:2710"}, "1 5 1"),
     # other formats, other content
-    "gzip by its content.pdb": (ZIPPED, {}, "! is compressed with gzip: add .gz to its name"),
-    "gzip by its content.cif": (gzip.compress(CIF.encode()), {}, "! is compressed with gzip: add .gz to its name"),
+    "gzip by its content.pdb": (ZIPPED, {}, "! is compressed: add .gz to its name"),
+    "gzip by its content.cif": (gzip.compress(CIF.encode()), {}, "! is compressed: add .gz to its name"),
     "PQR with blanks.pdb": (
         "".join(f"ATOM {k} {name} ALA A {k} {x:.3f} {y:.3f} {z:.3f} -0.30 1.85\n"
                 for k, (name, (x, y, z)) in enumerate(ALANINE.items())), {}, "! as words between blanks, like a PQR file"),
@@ -922,7 +938,7 @@ FIFTH = {  # files of programs that bend the formats: keys and outcome; areas ar
     "drude.pdb": ({}, "1 780 50 3506.9 ~ left out 496 particles"),
     "kabat.pdb": ({}, "1 396 50"), "thrombin_order.pdb": ({"residues": "A:1H-5"}, "1 111 13"),
     "hex_resid_protein.pdb": ({}, "1 396 50 3452.6"), "rfdiffusion.pdb": ({}, "1 200 50 ~ all its 50 residues are glycines"),
-    "gz_named.pdb": ({}, "! is compressed with gzip"),
+    "gz_named.pdb": ({}, "! is compressed: add .gz to its name"),
     "ambiguous_AD.pdb": ({}, "1 396 50 3452.6"), "cut0.pdb": ({}, "1 792 100 6889.2"),
 }  # fmt: skip
 
@@ -1027,6 +1043,43 @@ def test_files_with_radii_cells_and_columns(shared, caplog, name):
         assert np.abs(first - first[0]).max() < 1e-3
     if name == "old_atp_names.pdb":
         assert "".join(found[0].element[-8:]) == "HCOCONPC"
+
+
+BONDI = "--radii bondi -o a.csv"
+EIGHTH = {  # answers to other questions than were asked: command, and words of the terminal, or numbers of columns of the table
+    "surface scores.pdb --fields bfactor -o a.bild": "coloured by bfactor from 0 to 60",
+    "surface scores_doubled.pdb --fields bfactor -o a.pml": "coloured by bfactor from 0 to 120",
+    "surface plain.pdb --fields potential -o a.png": r"--fields: \.png files hold no fields",
+    f"areas ligand_same_chain.pdb --ligands LIG --of pairs {BONDI}": {"buried": [29.45, 27.01]},
+    f"areas dimer_by_remark350.pdb --assembly --of chains {BONDI}": {"buried": [147.8, 147.8]},
+    "residues site_100.pdb --residues 229,231 --fields bfactor -o a.csv": {"mean_bfactor": [0, 100]},
+    f"areas plain.pdb --selection sidechain {BONDI}": "the selection is measured alone, without the other",
+    f"areas plain.pdb --of chains {BONDI}": {"polar": [2885.5], "apolar": [2921.7]},
+    f"areas plain.pdb.bz2 --of chains {BONDI}": {"polar": [2885.5], "apolar": [2921.7]},
+    "points predictions -o a.parquet": "it has folders, which are not searched: give one of them",
+    "points predictions/job/seed-1_sample-0/model.pdb predictions/job/seed-1_sample-1/model.pdb -o a.parquet":
+    "which have the same name; rename one of them",
+    "surface plain.pdb --mesh --step 2 -o a.ply": r"--step is 2 Å; it must be at most 0\.7 Å, .* give --n-vertices",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("words", EIGHTH)
+def test_what_people_asked_is_answered_or_refused(shared, tmp_path, capsys, words):
+    expected = EIGHTH[words]
+    if ".parquet" in words:
+        pytest.importorskip("pyarrow", reason="pyarrow is installed by the extra `parquet`")
+    if ".png" in words:
+        pytest.importorskip("matplotlib", reason="matplotlib is installed by the extra `plot`")
+    line = [str(shared / "data" / "bad" / "eighth" / word) if word.startswith(("scores", "plain", "site", "ligand_", "dimer_",
+            "predictions")) else word for word in words.split()]  # fmt: skip
+    line[-1] = str(tmp_path / line[-1])
+    main(line)
+    if isinstance(expected, str):
+        assert re.search(expected, capsys.readouterr().err)
+        return
+    table = pd.read_csv(line[-1])
+    for column, numbers in expected.items():
+        assert table[column].tolist() == pytest.approx(numbers, abs=1.5 if numbers[0] > 999 else 0.1)
 
 
 def test_pseudoatoms_of_pymol_are_left_out_without_their_element(shared, tmp_path, caplog):

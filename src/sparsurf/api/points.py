@@ -405,7 +405,7 @@ def points_of(
 def structures_in(folder: str | Path | Sequence[str | Path]) -> dict[str, Path]:
     """Return the structures of a folder or of a list by name, which is that of the file without its suffixes."""
     if isinstance(folder, list | tuple):
-        paths, where = [as_path(file) for file in folder], "the list of files"
+        paths, where, has_folders = [as_path(file) for file in folder], "the list of files", False
         for path in paths:
             if not os.path.isfile(path):  # unlike that of a Path, for names of any length
                 reason = "is a folder" if os.path.isdir(path) else "does not exist"
@@ -418,7 +418,7 @@ def structures_in(folder: str | Path | Sequence[str | Path]) -> dict[str, Path]:
             raise InputError(f"{shorten(folder)} is not a folder; name a folder of structures.")
         by_name = sorted(one_folder.iterdir(), key=lambda path: (stem(path), path.name))
         paths = [path for path in by_name if suffix(path) in STRUCTURES and path.is_file()]
-        where = str(folder)
+        where, has_folders = str(folder), any(path.is_dir() for path in by_name)
     files: dict[str, Path] = {}
     for path in paths:
         name = title(path)
@@ -430,7 +430,8 @@ def structures_in(folder: str | Path | Sequence[str | Path]) -> dict[str, Path]:
             )
         files[name] = path
     if not files:
-        raise InputError(f"{where} holds no structure ({', '.join(STRUCTURES)}, also .gz).")
+        below = "; it has folders, which are not searched: give one of them" if has_folders else ""
+        raise InputError(f"{where} holds no structure ({', '.join(STRUCTURES)}, also compressed){below}.")
     return files
 
 

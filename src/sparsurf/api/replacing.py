@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gzip
 import os
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -10,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from sparsurf.errors import InputError
-from sparsurf.files import GZIP
+from sparsurf.files import beginning
 
 # Files that are written besides the named one, each with the test of an existing file that may be replaced there
 Companions = Mapping[Path, Callable[[Path], bool]]
@@ -136,15 +135,7 @@ def is_of_msms(path: Path) -> bool:
 
 def head(path: Path) -> bytes:
     """Return the beginning of the content of a file; nothing of one that cannot be uncompressed."""
-    with path.open("rb") as file:
-        begin = file.read(LEADING_BYTES)
-    if not begin.startswith(GZIP):
-        return begin
-    try:
-        with gzip.open(path) as file:
-            return file.read(LEADING_BYTES)
-    except (OSError, EOFError):
-        return GZIP
+    return beginning(path, LEADING_BYTES)
 
 
 def _has_columns(path: Path, columns: tuple[str, ...]) -> bool:

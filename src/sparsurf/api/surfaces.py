@@ -268,7 +268,7 @@ def mesh(
         Instead of `n_vertices`, the number of vertices per Å^2.
     step : float, optional
         Instead of a number of vertices, the step of the grid whose triangles are all kept, Å (default 0.5, which makes about 18
-        vertices per Å^2). Steps above half the radius of the probe count as that half.
+        vertices per Å^2); at most half the radius of the probe.
     cavities : {'keep', 'remove'}, optional
         Whether the walls of closed cavities are part of the mesh. By default those of a molecule are removed, as in `points`, and
         a Surface keeps the rule of its placement. For equal `cavities`, the areas of dots, points and mesh agree. A mesh that is
@@ -431,6 +431,11 @@ def _sized(build: Callable[[float], Mesh], size: MeshSize, probe: float) -> Mesh
     from sparsurf.surfaces.decimation import sized_mesh  # here: dots need none of these kernels
     from sparsurf.surfaces.mesh import GRID_STEP, widest_step
 
+    if size.step is not None and size.step > widest_step(probe):
+        raise InputError(
+            f"{argument('step')} is {size.step:g} Å; it must be at most {widest_step(probe):g} Å, half the radius of the probe. "
+            f"For fewer triangles, give {argument('n_vertices')} in its place."
+        )
     if size.n_vertices is None and size.density is None:
         return build(min(size.step or GRID_STEP, widest_step(probe)))
     return sized_mesh(

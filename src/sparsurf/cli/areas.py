@@ -76,9 +76,7 @@ def run(args: argparse.Namespace) -> None:
             )
         table_of = "atoms"
     elif not options.reads_atoms(args):
-        raise InputError(
-            f"{args.file} holds dots, and dots hold no atoms; give the structure that they lie on."
-        )
+        options.refuse_dots(args)
     else:
         source = options.read_atoms(args)
         rules["frame"] = args.frame or 0

@@ -5,7 +5,6 @@ from typing import Any
 
 from sparsurf.api.inputs import is_file_of_spheres
 from sparsurf.cli import options, outputs
-from sparsurf.errors import InputError
 
 FORMATS = (".xyzr", ".pqr", ".pdb")
 EXAMPLES = """\
@@ -46,9 +45,7 @@ def run(args: argparse.Namespace) -> None:
     if of_spheres:
         options.refuse_structure_options(args, "spheres")
     elif not options.reads_atoms(args):
-        raise InputError(
-            f"{args.file} holds dots, and dots hold no atoms; give the structure that they lie on."
-        )
+        options.refuse_dots(args)
     else:
         source = options.read_atoms(args)
         rules["frame"] = args.frame or 0

@@ -45,7 +45,7 @@ FAILED, NOT_UNDERSTOOD, INTERRUPTED = 1, 2, 130  # exit codes
 TERMINAL_WIDTH = 80
 EPILOG = f"""\
 FILE is a structure ({STRUCTURE_LABELS}; with --trajectory also {TOPOLOGY_LABELS}) or a file of dots
-({" ".join(kinds.suffixes("dots", is_read=True))}; a CSV has the columns x,y,z,nx,ny,nz). Both may be compressed (.gz),
+({" ".join(kinds.suffixes("dots", is_read=True))}; a CSV has the columns x,y,z,nx,ny,nz). Both may be compressed (.gz .bz2 .xz),
 except for HDF5. `sparsurf frames --help` lists the formats of trajectories. `surface`, `residues`, `areas`, `frames`, `points`
 and `atoms` accept no dots, and `recover` accepts only dots. All commands but `residues`, `frames` and `recover` also accept files
 of spheres ({" ".join(kinds.suffixes("spheres", is_read=True))}). Lengths are in Å. -o names the file

@@ -8,7 +8,7 @@ import shlex
 import sys
 from collections.abc import Callable, Container, Iterator, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -37,13 +37,21 @@ from sparsurf.arguments import (
 from sparsurf.cli.command import StoreOnce
 from sparsurf.dot_fields.maps import MAPS
 from sparsurf.errors import InputError, naming_file
-from sparsurf.molecules.formats import FILE_OF_DOTS, TRAJECTORY_LABELS, title
+from sparsurf.molecules.formats import (
+    FILE_OF_DOTS,
+    STRUCTURE_LABELS,
+    TOPOLOGY_LABELS,
+    TRAJECTORY_LABELS,
+    suffix,
+    title,
+)
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.molecules.selection import select_atoms
-from sparsurf.molecules.source import Source, open_source
+from sparsurf.molecules.source import Source, open_source, what_is_no_structure
 from sparsurf.surfaces.radii import RADII
 from sparsurf.surfaces.read_surface import read_surface
+from sparsurf.surfaces.spheres import SPHERE_FORMATS
 from sparsurf.surfaces.surface import Surface
 from sparsurf.threads import available_cores
 
@@ -243,7 +251,10 @@ def add_size_of_mesh(parser: argparse._ActionsContainer) -> None:
     """Add the number of vertices and the step of the grid of a mesh."""
     help_text = "number of vertices of a mesh, instead of --density"
     parser.add_argument("--n-vertices", type=number_within(NUMBER_OF_DOTS), help=help_text)
-    help_text = "of a mesh without a number of vertices, step of its grid in Å (default 0.5, about 18 vertices per Å^2)"
+    help_text = (
+        "of a mesh without a number of vertices, step of its grid in Å, at most half the radius of the probe (default 0.5, "
+        "about 18 vertices per Å^2)"
+    )
     parser.add_argument("--step", type=number_within(STEP_LIMITS), help=help_text)
 
 
@@ -289,6 +300,19 @@ def source_of(args: argparse.Namespace) -> Source:
 def reads_atoms(args: argparse.Namespace) -> bool:
     """Return whether FILE holds atoms rather than dots."""
     return source_of(args).format.name != FILE_OF_DOTS
+
+
+def refuse_dots(args: argparse.Namespace) -> NoReturn:
+    """Raise InputError for a file that holds dots, or what is known by no format."""
+    if suffix(args.file) in kinds.suffixes(is_read=True):
+        raise InputError(
+            f"{args.file} holds dots, and dots hold no atoms; give the structure that they lie on."
+        )
+    formats = (
+        f"a {STRUCTURE_LABELS} file, or one with radii or elements ({', '.join(SPHERE_FORMATS)}); with --trajectory, a "
+        f"{TOPOLOGY_LABELS} file will do"
+    )
+    raise InputError(what_is_no_structure(source_of(args), formats))
 
 
 def read_dots(args: argparse.Namespace) -> tuple[Surface, Molecule | None]:

@@ -3,11 +3,16 @@
 import argparse
 import sys
 
+import numpy as np
+
+from sparsurf import kinds
 from sparsurf.api.about import refuse_missing_matplotlib
 from sparsurf.api.replacing import Companions, beside_script, refuse_replacing
 from sparsurf.api.writing import SUFFIXES_OF_NUMBERS, DotsToWrite, parse_output, write_dots
 from sparsurf.errors import InputError
+from sparsurf.molecules.formats import suffix
 from sparsurf.surfaces.formats.meshes import BY_TRIMESH, import_trimesh
+from sparsurf.surfaces.formats.ply import limits_of
 
 READ_OPTIONS = ("file", "files", "trajectory", "at", "table")  # which can name files
 
@@ -19,23 +24,27 @@ def check(args: argparse.Namespace, formats: tuple[str, ...], companions: Compan
     """
     inputs = [getattr(args, key, None) for key in READ_OPTIONS]
     refuse_replacing(args.output, [file for file in inputs if isinstance(file, str | list)])
-    suffix = parse_output(args.output, formats)[0]
+    ending = parse_output(args.output, formats)[0]
     companions = {**(companions or {}), **beside_script(args.output)}
     refuse_replacing(args.output, [file for file in inputs if isinstance(file, str | list)], companions)
-    if suffix == ".png":
+    if ending == ".png":
         refuse_missing_matplotlib(args.output)
-    if suffix in BY_TRIMESH:
+    if ending in BY_TRIMESH:
         import_trimesh(args.output)
-    if suffix == ".dms" and getattr(args, "fields", None):
+    if ending in (".dms", ".png") and getattr(args, "fields", None):
         raise InputError(
-            f"--fields: {suffix} files cannot store fields; name a file that ends in {', '.join(SUFFIXES_OF_NUMBERS)}."
+            f"--fields: {ending} files hold no fields; name a file that ends in {', '.join(SUFFIXES_OF_NUMBERS)}."
         )
 
 
 def write_output(args: argparse.Namespace, dots: DotsToWrite) -> None:
-    """Write dots and report them."""
+    """Write dots and report them, with the limits of their colours."""
     write_dots(args.output, dots)
-    report(args, dots.message)
+    message, values = dots.message, dots.values_shown
+    if values is not None and dots.shown != "weight" and suffix(args.output) in kinds.suffixes("colours"):
+        low, high = limits_of(dots.coloured_by) or (np.nanmin(values), np.nanmax(values))
+        message += f", coloured by {dots.coloured_by} from {low:.4g} to {high:.4g}"
+    report(args, message)
 
 
 def is_reported(args: argparse.Namespace) -> bool:

@@ -12,11 +12,8 @@ from sparsurf.arguments import D_LINK, DENSITY_LIMITS
 from sparsurf.cli import options, outputs
 from sparsurf.errors import InputError
 from sparsurf.files import pluralise
-from sparsurf.molecules.formats import STRUCTURE_LABELS, TOPOLOGY_LABELS
 from sparsurf.molecules.molecule import Molecule
-from sparsurf.molecules.source import what_is_no_structure
 from sparsurf.surfaces.radii import radii
-from sparsurf.surfaces.spheres import SPHERE_FORMATS
 from sparsurf.surfaces.surface import COMPONENT_FIELD, SurfaceOrigin
 
 FORMATS = (*writing.SUFFIXES_OF_DOTS, *writing.SCRIPTS, *writing.PAGE_FORMATS)
@@ -83,11 +80,7 @@ def run(args: argparse.Namespace) -> None:
         outputs.write_output(args, _of_spheres(args))
         return
     if not options.reads_atoms(args):
-        formats = (
-            f"a {STRUCTURE_LABELS} file, or one with radii or elements ({', '.join(SPHERE_FORMATS)}); with --trajectory, a "
-            f"{TOPOLOGY_LABELS} file will do"
-        )
-        raise InputError(what_is_no_structure(options.source_of(args), formats))
+        options.refuse_dots(args)
     molecule = options.read_atoms(args)
     options.say(f"surface of {molecule.n_atoms:,} atoms")
     outputs.write_output(args, _triangles(args, molecule) if args.mesh else _dots(args, molecule))

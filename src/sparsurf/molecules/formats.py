@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from sparsurf.files import StrPath, as_path
+from sparsurf.files import PACKED, StrPath, as_path
 
 
 class MoleculeFormat(NamedTuple):
@@ -116,16 +116,21 @@ TRAJECTORIES = _suffixes("xtc", "trr", "dcd", "netcdf", "mdcrd", "lammps dump", 
 
 
 def suffix(path: StrPath) -> str:
-    """Return the extension of a file name, in lower case and without .gz."""
-    name = as_path(path).name.lower().removesuffix(".gz")
+    """Return the extension of a file name, in lower case and without .gz, .bz2 or .xz."""
+    name = _unpacked(as_path(path).name.lower())
     dot = name.rfind(".")
     return name[dot:] if 0 < dot < len(name) - 1 else ""  # as Path does, without parsing again
 
 
 def stem(path: StrPath) -> str:
-    """Return the name of a file without .gz and its extension, as it is written."""
+    """Return the name of a file without its extension, also that of a compression, as it is written."""
     name = as_path(path).name
-    return name[: len(name.lower().removesuffix(".gz")) - len(suffix(path))]
+    return name[: len(_unpacked(name.lower())) - len(suffix(path))]
+
+
+def _unpacked(name: str) -> str:
+    """Return a name in lower case without the suffix of a compression."""
+    return next((name.removesuffix(ending) for ending in PACKED if name.endswith(ending)), name)
 
 
 def title(path: StrPath) -> str:

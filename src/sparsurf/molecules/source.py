@@ -7,11 +7,9 @@ format, and messages name the file by it. The extension of a name counts only wh
 from __future__ import annotations
 
 import codecs
-import gzip
 import io
 import os
 import re
-import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -19,7 +17,15 @@ from pathlib import Path
 from typing import IO, Any
 
 from sparsurf.errors import InputError
-from sparsurf.files import GZIP, StrPath, content_of, decode_text, existing_file
+from sparsurf.files import (
+    StrPath,
+    beginning,
+    content_of,
+    decode_text,
+    existing_file,
+    packing_of,
+    refuse_packed,
+)
 from sparsurf.molecules.formats import (
     FILE_OF_DOTS,
     FORMAT_OF_SUFFIX,
@@ -59,7 +65,7 @@ class Source(os.PathLike[str]):
     name: str
     format: MoleculeFormat
     recognised: bool  # by its content, and not by the extension of its name alone
-    compressed: bool
+    packing: Any  # the module that reads its compression, or None
 
     def __str__(self) -> str:
         return self.name
@@ -75,7 +81,7 @@ class Source(os.PathLike[str]):
     def lines(self) -> Iterator[IO[str]]:
         """Open the file to read its lines one after another, each ending in a line feed."""
         with open(self.name, "rb") as stored:
-            unpacked: Any = gzip.GzipFile(fileobj=stored) if self.compressed else stored
+            unpacked: Any = self.packing.open(stored) if self.packing else stored
             if unpacked.peek(len(codecs.BOM_UTF8)).startswith(codecs.BOM_UTF8):
                 unpacked.read(len(codecs.BOM_UTF8))
             # a title may be in any encoding, and numbers are the same in all
@@ -96,16 +102,17 @@ def open_source(path: StrPath | Source) -> Source:
     name = os.fspath(path)
     with open(name, "rb") as stored:
         head, size = stored.read(HEAD_BYTES), os.fstat(stored.fileno()).st_size
-    compressed = head.startswith(GZIP)
-    if compressed:
-        head = _uncompressed(head)
+    refuse_packed(name, head)
+    packing = packing_of(head)[1]
+    if packing:
+        head = beginning(name, HEAD_BYTES)
     if head.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         raise InputError(f"{name} is stored as UTF-16: store it as UTF-8.")
     recognised = MOLECULE_FORMATS.get(_recognise(head) or ("namd" if _is_of_namd(head, size) else ""))
     found = recognised or MOLECULE_FORMATS[FORMAT_OF_SUFFIX.get(suffix(name), FILE_OF_DOTS)]
     if found.refusal:
         raise InputError(f"{name} {found.refusal}.")
-    return Source(name, found, recognised is not None, compressed)
+    return Source(name, found, recognised is not None, packing)
 
 
 def what_is_no_structure(source: Source, formats: str) -> str:
@@ -125,14 +132,6 @@ def what_is_no_structure(source: Source, formats: str) -> str:
 def _is_folder_of_desmond(path: StrPath) -> bool:
     """Return whether a folder holds a trajectory of Desmond, which is a folder of frames."""
     return isinstance(path, str | os.PathLike) and os.path.isfile(os.path.join(path, "clickme.dtr"))
-
-
-def _uncompressed(head: bytes) -> bytes:
-    """Return the beginning of the content of a gzip file; nothing if it is damaged there, which its reader tells."""
-    try:
-        return zlib.decompressobj(16 + zlib.MAX_WBITS).decompress(head, HEAD_BYTES)
-    except zlib.error:
-        return b""
 
 
 def _is_of_namd(head: bytes, size: int) -> bool:

@@ -60,10 +60,8 @@ def read_first_frame(source: Source, n_atoms: int, topology_path: StrPath) -> np
         raise InputError(
             f"{FILE} is no trajectory by its content, and holds no coordinates: give the trajectory of {topology_path}."
         )
-    if source.compressed and not source.format.text:
-        raise InputError(
-            f"{FILE} is compressed, which is not supported for trajectories: uncompress it with gunzip."
-        )
+    if source.packing and not source.format.text:
+        raise InputError(f"{FILE} is compressed, which is not supported for trajectories: uncompress it.")
     if not source.format.text and not source.recognised:
         raise InputError(
             f"{FILE} cannot be read: its first bytes are not those of {source.format.label}; check its name, or copy it again."
