@@ -6,9 +6,10 @@ from pathlib import Path
 import numpy as np
 
 from sparsurf_study.workflow.jobs import job
+from sparsurf.api.pages import page_of_values
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.views import layout
-from sparsurf.views.viewer.page import DotValues, coloured_page
+from sparsurf.views.page.scene import DotValues
 from sparsurf_study.analysis.tables import read_residues
 from sparsurf_study.pairs.changes import numbered_alike, over_floor
 from sparsurf_study.pairs.matching import on_atoms
@@ -33,7 +34,7 @@ with job(snakemake) as s:
         zip(drawn, seen_alike(drawn), strict=True), 1
     ):
         shown = np.where(change < 1, np.nan, np.minimum(change, highest))
-        text = coloured_page(
+        text = page_of_values(
             f"{name}, {form}",
             replace(dots, points=points, normals=normals),
             settings,

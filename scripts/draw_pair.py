@@ -6,9 +6,10 @@ import numpy as np
 import pandas as pd
 
 from sparsurf_study.workflow.jobs import job
+from sparsurf.api.pages import page_of_values
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.views import layout
-from sparsurf.views.viewer.page import DotValues, coloured_page
+from sparsurf.views.page.scene import DotValues
 from sparsurf_study.report.figures.pair_figures import book_figure, partners_opened, ranks, side_by_side
 from sparsurf_study.report.page_origin import origin_of_page, with_atoms
 from sparsurf_study.structures import residue_labels
@@ -38,5 +39,5 @@ with job(snakemake) as s:
         # The last row is the version, which both share
         origin += [(f"{label} of partner {side}", value) for label, value in rows[:-1]]
     origin.append(rows[-1])
-    text = coloured_page(name, surface, settings, s.streams(name), values, atom_labels, origin)
+    text = page_of_values(name, surface, settings, s.streams(name), values, atom_labels, origin)
     Path(s.output.view).write_text(text, encoding="utf-8")

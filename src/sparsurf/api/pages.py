@@ -28,9 +28,12 @@ from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.evaluation.residues import residue_table
 from sparsurf.files import pluralise
 from sparsurf.messages import no_warnings
+from sparsurf.molecules.formats import title
+from sparsurf.molecules.plddt import PREDICTED, origin_of_mmcif, origin_of_pdb
 from sparsurf.molecules.source import open_source
 from sparsurf.patches.index import build_grid, nearest_of, select_separated
 from sparsurf.progress import Progress
+from sparsurf.sampling.samplers import farthest
 from sparsurf.settings import PatchesSettings, Settings
 from sparsurf.surfaces.components import (
     COMPONENT_FIELD,
@@ -41,11 +44,16 @@ from sparsurf.surfaces.components import (
 from sparsurf.threads import available_cores
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     import pandas as pd
 
     from sparsurf.molecules.molecule import Molecule
+    from sparsurf.streams import Streams
     from sparsurf.surfaces.mesh import Mesh
     from sparsurf.surfaces.surface import Surface
+    from sparsurf.views.page.dots import ShownDots
+    from sparsurf.views.page.scene import DotValues
 
 
 log = logging.getLogger("sparsurf")
@@ -58,6 +66,7 @@ DOTS_PER_SQUARED_DISTANCE = 0.7
 STEP_PER_DISTANCE = 1.25
 MIN_DOTS_OF_MESH = 100
 MAX_SPACING_OF_DENSE = 0.7  # Å, of dots between which a mesh needs no reconstruction
+LINKS_OF_VIEW = ("surface.html", "Roughness and residues"), ("../../index.html", "All of this run")
 STEPS_OF_PAGE = 4  # of a page: the roughness, the triangles, the fields, and the page itself
 
 
@@ -130,10 +139,7 @@ def page_of_surface(
         if whole is not None and roughness_of_all is not None:
             table = whole.with_roughness(table, roughness_of_all, molecule, is_owned, distance > 0)
     named = [] if values is None else [DotValues("values", "value", "", values)]
-    named += [_values(DotValues, name, numbers) for name, numbers in fields_without_component(shown).items()]
-    if components is not None and components.max() > 0:
-        parts = components.astype(float)
-        named.append(DotValues("component of the surface", COMPONENT_FIELD, "", parts, "largest", "smallest"))
+    named += values_of_fields(shown, components)
     has_roughness = bool(np.isfinite(prepared.roughness).any())
     named = [roughness_values(prepared.roughness)] * has_roughness + named
     has_kinds = values is None and colour == "kind" and (surface.kind >= 0).any()
@@ -170,6 +176,7 @@ def page_of_surface(
         colour="kind" if has_kinds or not named else f"value {first}",
         order=[] if table is None else in_list(table)[0],
         n_ranked=0 if table is None else in_list(table)[1],
+        is_prediction=stated_in(molecule)[1],
     )
     facts = Facts(
         subset=len(kept),
@@ -282,14 +289,15 @@ def _extent(surface: Surface, whole: WholeSurface | None, cavity: np.ndarray | N
 
 def title_of(about: About, surface: Surface) -> str:
     """Return the heading of a page."""
-    if not about.name:
-        return repr(surface)
-    return f"{heading_of(about, surface.molecule)}{shown_part(about, surface)}"
+    molecule = surface.molecule
+    if not about.name and molecule is not None and molecule.files:
+        about = replace(about, name=title(molecule.files[0]))
+    return f"{heading_of(about, molecule)}{shown_part(about, surface)}" if about.name else repr(surface)
 
 
 def heading_of(about: About, molecule: Molecule | None) -> str:
     """Return the title that the file of a molecule states, or its name with its chains."""
-    if stated := stated_title(molecule.files[0] if molecule is not None and molecule.files else ""):
+    if stated := stated_in(molecule)[0]:
         return stated
     chains = [] if molecule is None else [name for name in dict.fromkeys(molecule.chain.tolist()) if name]
     few = 0 < len(chains) <= MAX_NAMED
@@ -300,25 +308,26 @@ def heading_of(about: About, molecule: Molecule | None) -> str:
     )
 
 
-def stated_title(path: str) -> str:
-    """Return the title in the records or items of a structure's file; empty where it states none."""
+def stated_in(molecule: Molecule | None) -> tuple[str, bool]:
+    """Return the title that the file of a molecule states, or an empty one, and whether it says that it is a prediction."""
     from gemmi import cif
 
     try:
-        source = open_source(path) if path else None
+        source = open_source(molecule.files[0]) if molecule is not None and molecule.files else None
         if source is not None and source.format.name == "pdb":
             with source.lines() as lines:
-                before = itertools.takewhile(
-                    lambda line: not line.startswith(("ATOM", "HETATM", "MODEL")), lines
-                )
-                titles = [line[10:80].strip() for line in before if line.startswith("TITLE")]
-            return " ".join(" ".join(titles).split())
+                before = [
+                    *itertools.takewhile(lambda line: not line.startswith(("ATOM", "HETATM", "MODEL")), lines)
+                ]
+            titles = [line[10:80].strip() for line in before if line.startswith("TITLE")]
+            return " ".join(" ".join(titles).split()), origin_of_pdb(before, has_box=False) == PREDICTED
         if source is not None and source.format.name == "mmcif":
-            stated = cif.read_string(source.text()).sole_block().find_value("_struct.title")
-            return " ".join(cif.as_string(stated).split()) if stated else ""
+            block = cif.read_string(source.text()).sole_block()
+            stated = cif.as_string(block.find_value("_struct.title") or "")
+            return " ".join(stated.split()), origin_of_mmcif(block, has_box=False) == PREDICTED
     except (InputError, OSError, RuntimeError, ValueError):  # the file was read before, and may be gone
         pass
-    return ""
+    return "", False
 
 
 def with_default_fields(surface: Surface, molecule: Molecule | None) -> tuple[Surface, list[str]]:
@@ -339,10 +348,78 @@ def with_default_fields(surface: Surface, molecule: Molecule | None) -> tuple[Su
     return replace(surface, fields=fields), missing
 
 
-def _values(kind: Any, name: str, numbers: np.ndarray) -> Any:
-    """Return the values of a field under its name for people."""
-    label, unit = label_and_unit(name)
-    return kind(label, name, f" {unit}".rstrip().replace("^2", "²"), numbers)
+def values_of_fields(surface: Surface, components: np.ndarray | None) -> list[DotValues]:
+    """Return the fields of a surface, and the components of its dots, (N,), where there are several, as their values."""
+    from sparsurf.views.page.scene import DotValues
+
+    shown = []
+    for name, numbers in fields_without_component(surface).items():
+        label, unit = label_and_unit(name)
+        shown.append(DotValues(label, name, f" {unit}".rstrip().replace("^2", "²"), numbers))
+    if components is not None and components.max() > 0:
+        parts = components.astype(float)
+        shown.append(DotValues("component of the surface", COMPONENT_FIELD, "", parts, "largest", "smallest"))
+    return shown
+
+
+def page_of_dots(
+    title: str,
+    dots: ShownDots,
+    values: Sequence[DotValues],
+    labels: Sequence[str] = (),
+    *,
+    colour: int = 0,
+    turn: np.ndarray | None = None,
+    links: Sequence[tuple[str, str]] = (),
+    origin: Sequence[tuple[str, str]] = (),
+) -> str:
+    """Return the page on which dots are sampled and picked, of a study.
+
+    Parameters
+    ----------
+    title : heading
+    dots : the dots, with their roughness
+    values : further values of all dots of the surface
+    labels : name of the residue of each atom, where the dots do not know their molecule
+    colour : the values that are shown first, 0 for the roughness
+    turn : (3, 3), whose rows point right, up and to the viewer
+    links : addresses and words of other pages
+    origin : rows that say where the page is from
+    """
+    from sparsurf.views.overview.page import overview_of_dots
+    from sparsurf.views.page.scene import PageScene, roughness_values
+    from sparsurf.views.page.shapes import DrawnAtoms, Shape
+
+    surface, rough = dots.prepared.surface, dots.prepared.roughness
+    atoms, xyz, molecule = None, np.empty((0, 3)), surface.molecule
+    if molecule is not None and surface.origin is not None:
+        drawn = with_surroundings(molecule)
+        atoms = DrawnAtoms(drawn, molecule.n_residues)
+        xyz = atoms.placed(drawn.xyz[surface.origin.frame])
+    scene = PageScene(
+        [Shape(drawn_mesh(surface), xyz)], atoms, surface, [roughness_values(rough, "roughness R_i"), *values],
+        labels, dots=dots, colour=f"value {colour}", turn=turn,
+    )  # fmt: skip
+    answer = f"{len(surface):,} dots, mean roughness {rough.mean():.2f}."
+    return overview_of_dots(title, scene, answer, links, origin)
+
+
+def page_of_values(
+    title: str,
+    surface: Surface,
+    settings: Settings,
+    streams: Streams,
+    values: Sequence[DotValues],
+    labels: Sequence[str] = (),
+    origin: Sequence[tuple[str, str]] = (),
+) -> str:
+    """Return the page of the dots of a surface, which opens with all of them in the colours of the first values."""
+    from sparsurf.views.page.dots import MAX_DOTS, ShownDots
+
+    prepared = PreparedSurface(surface, settings, None, streams)
+    order = farthest(prepared, min(len(surface), MAX_DOTS), prepared.stream("view"))
+    dots = ShownDots(prepared, order, opens="all", samples=True)
+    return page_of_dots(title, dots, values, labels, colour=1, links=LINKS_OF_VIEW[1:], origin=origin)
 
 
 def _counts(molecule: Molecule) -> str:

@@ -88,7 +88,7 @@ def drawn_without_surface(drawn: Molecule, n_atoms: int) -> list[str]:
 def contacts_on_page(drawn: Molecule, frames: Iterable[np.ndarray], rules: Rules) -> pd.DataFrame | None:
     """Return the contacts of a molecule over frames (A, 3), Å, as `frames` does, the largest first; None where there are none.
 
-    Columns are the `number` of the residue, the `partner`, `occupancy` and `mean`, Å^2.
+    Columns are the `number` of the residue, its `own` partner, the `partner` that buries it, `occupancy` and `mean`, Å^2.
     """
     number, names = partners_of_atoms(drawn)
     chains = {*drawn.chain[np.isin(drawn.kind, POLYMERS)].tolist()}
@@ -105,5 +105,7 @@ def contacts_on_page(drawn: Molecule, frames: Iterable[np.ndarray], rules: Rules
         atom, partner, buried = contacts_of_spheres(xyz.round(3), sizes, rules.probe_radius, partners.number)
         found.append(sums_of_contacts(drawn.residue_index[atom], partner, buried))
     table = contacts_over_frames(drawn, partners, found, len(found)).rename_axis("number").reset_index()
+    first = np.unique(drawn.residue_index, return_index=True)[1]
+    table["own"] = partners.labels[first[table["number"]]]
     table = table[table["mean"] >= LEAST_BURIED]
     return table.sort_values("mean", ascending=False, kind="stable", ignore_index=True)

@@ -226,30 +226,72 @@ def test_colours_opacity_and_the_saved_picture_show_what_is_asked_for(opened):
     assert size[0] > 300 and size[2] > 20_000
 
 
-def test_ligands_are_drawn_and_touch_the_chains_that_bury_them(tmp_path):
-    """By hand: the accessible areas alone minus those together, of a ligand between two chains."""
-    body = peptide(["ALA"] * 4) + "TER\n" + peptide(["ALA"] * 4, chain="B", origin=(0, 7.5, 0)) + "TER\n"
-    ligand = atom_line("C1", "LIG", "A", "90", (4, 3.6, 3.0), record="HETATM", element="C")
-    name = '<img src=x onerror="alert(1)"> & "quoted"'
+def test_ligands_and_strands_are_drawn_and_touch_the_chains_that_bury_them(browser, tmp_path):
+    """A ligand of one atom between two chains, whose names hold quotes, brackets and scripts."""
+    body = (
+        peptide(["ALA"] * 4, chain="<")
+        + "TER\n"
+        + peptide(["ALA"] * 4, chain="B", origin=(0, 7.5, 0))
+        + "TER\n"
+    )
+    ligand = atom_line("C'\"", '<">', "'", "90", (4, 3.6, 3.0), record="HETATM", element="C")
+    name = '</script><script>window.bad = 1</script> & "quoted"'
     (tmp_path / "two.pdb").write_text(f"TITLE     {name}\n{body}{ligand}END\n")
-    html = sparsurf.show(tmp_path / "two.pdb", open_browser=False).html
-    header, columns = unpacked(html)
-    assert header["residues"][-1] == "LIG 90 A" and columns["kinds"].tolist() == [0] * 8 + [2]
-    assert Page(html).find("h1")[0].text == name and "LIG 90 A is drawn" in Page(html).text
-    whole = sparsurf.read_molecule(tmp_path / "two.pdb", ligands="LIG")
-    found = {(row[0], header["units"][row[1]]): row[2] for row in header["touching"]}
+    page = sparsurf.show(tmp_path / "two.pdb", tmp_path / "page.html", open_browser=False)
+    header, columns = unpacked(page.html)
+    assert columns["kinds"].tolist() == [0] * 8 + [2] and "<\"> 90 ' is drawn" in Page(page.html).text
+    whole = sparsurf.read_molecule(tmp_path / "two.pdb", selection="all")
+    table = sparsurf.areas(whole).contacts
+    wanted = table[table["buried"] >= 0.5].groupby(["residue", "chain", "partner"])["buried"].sum()
+    found = {
+        (
+            header["parts"][row[0]][1],
+            header["parts"][row[0]][2],
+            header["units"][row[1]].removeprefix("chain "),
+        ): row[2]
+        for row in header["touching"]
+    }
+    assert found == pytest.approx(dict(wanted), abs=0.06) and len(found) > 8
+    browser.open((tmp_path / "page.html").as_uri())
+    browser.wait_for(READY)
+    assert browser.run("return [window.bad ?? 0, document.querySelector('h1').textContent]") == [0, name]
+    browser.run("element('list').firstElementChild.click()")
+    assert browser.run("return element('chosen').textContent").startswith("<\"> 90 ': ")
+    assert browser.run("return model.selectedAtoms({ chain: 'B', resn: 'ALA' }).length") == 20
+    assert browser.complaints() == []
 
-    def area_of(residue, *units):
-        kept = np.isin(np.where(whole.kind == "protein", whole.chain, "L"), units)
-        return sparsurf.areas(whole.take(kept)).residues.set_index(["chain", "residue"])["accessible"][
-            residue
-        ]
 
-    for chain in "AB":
-        wanted = area_of(("A", "90"), "L") - area_of(("A", "90"), "L", chain)
-        assert found.get((8, f"chain {chain}"), 0) == pytest.approx(wanted, abs=0.55) and wanted > 1
-    alone = sparsurf.show(tmp_path / "two.pdb", open_browser=False).html
-    assert "onerror" not in re.sub(r"&lt;img.*?&gt;", "", alone.split("<script>")[0])
+def test_a_prediction_is_coloured_by_the_bands_of_its_confidence(tmp_path, browser):
+    lines = peptide(["ALA"] * 4).splitlines()
+    given = [line[:60] + f"{(30, 60, 80, 95)[int(line[22:26]) - 1]:6.2f}" + line[66:] for line in lines]
+    (tmp_path / "af.pdb").write_text(
+        "\n".join(["TITLE     ALPHAFOLD MONOMER V2.0 PREDICTION", *given, "END", ""])
+    )
+    sparsurf.show(tmp_path / "af.pdb", tmp_path / "page.html", open_browser=False)
+    browser.open((tmp_path / "page.html").as_uri())
+    browser.wait_for(READY)
+    browser.run("element('colour').value = 'b'; paint()")
+    shown = browser.run(
+        "const made = coloursOfSurface(); return meshes[0].residues.reduce((all, r, i) => (all[r] ??= made[i], all), {})"
+    )
+    assert [round(255 * shown[str(k)]["r"]) for k in range(4)] == [
+        255,
+        255,
+        101,
+        0,
+    ]  # as in the AlphaFold database
+    assert browser.run("return element('legend').textContent").startswith("pLDDTvery low")
+
+
+def test_without_webgl_the_page_says_so_and_keeps_its_lists(browser, html, tmp_path):
+    off = "<script>HTMLCanvasElement.prototype.getContext = () => null</script><body>"
+    (tmp_path / "page.html").write_text(html.replace("<body>", off, 1), encoding="utf-8")
+    browser.open((tmp_path / "page.html").as_uri())
+    browser.wait_for("document.body.dataset.failed")
+    assert "offers no WebGL" in browser.run("return element('chosen').textContent")
+    browser.run("element('list').firstElementChild.click()")
+    assert browser.run(CHOSEN)["list"] == browser.run(CHOSEN)["words"]
+    assert len(browser.complaints()) == 1  # the console names the reason
 
 
 def test_the_profile_of_a_long_chain_fits_on_the_page(browser, tmp_path):
@@ -368,6 +410,41 @@ def test_a_page_of_a_trajectory_names_its_files_and_the_frames_that_it_shows(fol
         (tmp_path / "page.html").write_text(html, encoding="utf-8")
         rows = origin_of(tmp_path / "page.html")
         assert rows.items() >= (files | shown | {"atoms": "30 atoms of 6 residues"}).items()
+
+
+def test_contacts_over_frames_have_the_share_of_the_frames_in_which_they_last(tmp_path):
+    """Of a chain that leaves the other one in the last of three frames."""
+    chains = [
+        f"{peptide(['ALA'] * 3)}TER\n{peptide(['ALA'] * 3, chain='B', origin=(0, 5.5 + shift, 0))}TER\n"
+        for shift in (0, 0.5, 20.0)
+    ]
+    models = (f"MODEL     {k:4d}\n{text}ENDMDL\n" for k, text in enumerate(chains, 1))
+    (tmp_path / "run.pdb").write_text("".join(models) + "END\n")
+    (tmp_path / "top.pdb").write_text(f"{chains[0]}END\n")
+    mdtraj.load(str(tmp_path / "run.pdb")).save(str(tmp_path / "run.xtc"))
+    paths = tmp_path / "top.pdb", tmp_path / "run.xtc"
+    html = sparsurf.show(paths[0], trajectory=paths[1], open_browser=False).html
+    header, table = unpacked(html)[0], sparsurf.frames(*paths).contacts
+    found = {
+        (tuple(header["parts"][r][1:]), header["units"][unit]): (area, share)
+        for r, unit, area, share in header["touching"]
+    }
+    wanted = {
+        ((row.residue, row.chain), f"chain {row.partner}"): (row.mean, 100 * row.occupancy)
+        for row in table.itertuples()
+        if row.mean >= 0.5
+    }
+    assert found.keys() == wanted.keys() and len(found) == 6 and 67 in {share for _, share in found.values()}
+    for key, numbers in found.items():
+        assert numbers == pytest.approx(wanted[key], abs=0.6)
+    rows = next(rows for rows in Page(html).tables if rows[0][0] == "partner")[1:]
+    assert [row[:2] for row in rows] in (
+        [["chain A", "chain B"], ["chain B", "chain A"]],
+        [["chain B", "chain A"], ["chain A", "chain B"]],
+    )
+    assert float(rows[0][2]) == pytest.approx(
+        max(sum(area for ((_, own), _), (area, _) in found.items() if own == c) for c in "AB"), abs=0.3
+    )
 
 
 def labels_of(table):

@@ -1,1 +1,1 @@
-"""The page of `show`: the explorer, or the viewer for dots alone, with the residues and what was left out of the molecule."""
+"""The pages of `show` and of a study: what stands around the picture of a molecule, and what was left out of it."""

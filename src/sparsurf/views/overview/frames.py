@@ -11,7 +11,7 @@ import pandas as pd
 from sparsurf.evaluation.ranking import MIN_AREA, rank_residues, why_none_is_ranked
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.surfaces.formats.ply import ROUGHNESS_LIMITS
-from sparsurf.views.overview.page import N_OPEN, named_field, render_template
+from sparsurf.views.overview.page import N_OPEN, named_field, render_template, words_of_contacts
 from sparsurf.views.overview.profile import ROUGHNESS_COLUMN, labels_of, panels
 from sparsurf.views.page.scene import PageScene, ResidueValues
 from sparsurf.views.page.shapes import DrawnAtoms, Shape
@@ -82,17 +82,14 @@ def overview_of_frames(
         "n_open": N_OPEN,
     }  # fmt: skip
 
-    def fill(data: str) -> str:
-        """Return the page around the packed frames."""
-        return render_template(TEMPLATE, data=data, **context)
-
     change = residues.sort_index()[rank_by].to_numpy(float)[None]
     shown = [*changing_numbers(numbers, column, rank_by, change)]
     scene = PageScene(
         shapes, atoms, numbers=shown, frames=labels, areas=whole.tolist(), contacts=touching, colour="number 0",
         order=[*residues.index], n_ranked=int(residues["rank"].notna().sum()), orders="most changing",
     )  # fmt: skip
-    return scene.around(fill)
+    context |= words_of_contacts(scene)
+    return scene.around(lambda data: render_template(TEMPLATE, data=data, **context))
 
 
 def change_table(

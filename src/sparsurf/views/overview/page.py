@@ -19,14 +19,22 @@ from sparsurf.version import __version__
 from sparsurf.views.numbers import number
 from sparsurf.views.overview.profile import PROFILE_CSS, labels_of, panels, roughest
 from sparsurf.views.page import library
-from sparsurf.views.page.scene import MAX_BYTES, DotValues, PageScene, ResidueValues, script_of_page
+from sparsurf.views.page.scene import (
+    MAX_BYTES,
+    MAX_BYTES_IN_REPORT,
+    DotValues,
+    PageScene,
+    ResidueValues,
+    script_of_page,
+)
 
 if TYPE_CHECKING:
     import jinja2
 
 
-PAGE = "page.html.j2"
+PAGE, DOTS = "page.html.j2", "base.html.j2"
 FOLDERS = Path(__file__).parent, Path(library.__file__).parent
+MAX_PAIRS = 12  # of partners, in the table of contacts
 N_OPEN = 8  # chains whose profile is not folded
 
 
@@ -52,9 +60,6 @@ class Extent(NamedTuple):
     is_known: bool = False  # whether these dots stand for a whole surface
     selected_of: int = 0  # number of dots of the whole, if they are a selection
     cavities_are_removed: bool = False
-
-
-NO_EXTENT = Extent()
 
 
 class Facts(NamedTuple):
@@ -102,30 +107,46 @@ def overview(
     molecule is, `links` are addresses and words of other pages on the surface, and `origin` says in pairs where the page is from.
     """
     context = {
-        "title": title, "surface": surface, "has_picture": True, "n_frames": 1, "touching": first_contact(scene),
+        "title": title, "surface": surface, 
         "fields": [_range(field) for field in scene.values if field.symbol != COMPONENT_FIELD],
         "notes": notes.sentences, "missing": missing,
         "left_out": None if notes.left_out is None else ", ".join(notes.left_out), "counts": counts,
         "links": links, "origin": origin,
     }  # fmt: skip
-    context |= residue_words(residues)
-
-    def fill(data: str) -> str:
-        """Return the page around the packed scene."""
-        return render_template(PAGE, data=data, **context)
-
-    return scene.around(fill, max_bytes)
+    context |= residue_words(residues) | words_of_contacts(scene)
+    return scene.around(lambda data: render_template(PAGE, data=data, **context), max_bytes)
 
 
-def first_contact(scene: PageScene) -> dict[str, Any] | None:
-    """Return the residue that buries most, its partner and the area, Å^2; None where nothing touches anything."""
+def overview_of_dots(
+    title: str,
+    scene: PageScene,
+    answer: str,
+    links: Sequence[tuple[str, str]] = (),
+    origin: Sequence[tuple[str, str]] = (),
+) -> str:
+    """Render the page of dots that are sampled and picked, without the tables of residues, for a report."""
+    context = {"title": title, "answer": answer, "links": links, "origin": origin}
+    return scene.around(lambda data: render_template(DOTS, data=data, **context), MAX_BYTES_IN_REPORT)
+
+
+def words_of_contacts(scene: PageScene) -> dict[str, Any]:
+    """Return what a template needs of contacts: the residue that is buried most, and the area of each partner, Å^2."""
     if scene.contacts is None or scene.atoms is None or not len(scene.contacts):
-        return None
+        return {"touching": None, "pairs": []}
     first, label = scene.contacts.iloc[0], scene.atoms.labels()
     residue = int(first["number"])
+    buried = {
+        "label": label[residue],
+        "residue": residue,
+        "partner": first["partner"],
+        "buried": first["mean"],
+    }
+    pairs = scene.contacts.groupby(["own", "partner"], sort=False)["mean"].agg(["sum", "size"])
+    rows = pairs.sort_values("sum", ascending=False, kind="stable").head(MAX_PAIRS)
     return {
-        "label": label[residue], "residue": residue, "partner": first["partner"], "buried": first["mean"],
-    }  # fmt: skip
+        "touching": buried,
+        "pairs": [(*names, *row) for names, row in zip(rows.index, rows.to_numpy(), strict=True)],
+    }
 
 
 def in_list(residues: pd.DataFrame) -> tuple[list[int], int]:
@@ -152,20 +173,7 @@ def columns_of_means(residues: pd.DataFrame) -> list[str]:
 
 def render_residues(title: str, residues: pd.DataFrame, origin: Sequence[tuple[str, str]] = ()) -> str:
     """Render a page of residues alone: their profile, the roughest, and where the page is from."""
-    context = {
-        "surface": None,
-        "fields": (),
-        "left_out": None,
-        "notes": (),
-        "missing": (),
-        "counts": "",
-        "links": (),
-        "origin": origin,
-        "has_picture": False,
-        "touching": None,
-        "n_frames": 1,
-    }
-    return render_template(PAGE, title=title, **context, **residue_words(residues))
+    return render_template(PAGE, title=title, has_picture=False, origin=origin, **residue_words(residues))
 
 
 def residue_words(residues: pd.DataFrame | None) -> dict[str, Any]:
@@ -211,7 +219,11 @@ def render_template(template: str, **context: Any) -> str:
     }  # fmt: skip
     sheets = FOLDERS[1] / "page.css", FOLDERS[0] / PROFILE_CSS
     style = Markup("".join(sheet.read_text(encoding="utf-8") for sheet in sheets))
-    shared = {"version": __version__, "style": style, "library": drawn_by, "n_open": N_OPEN, "data": ""}
+    shared = {
+        "version": __version__, "style": style, "library": drawn_by, "n_open": N_OPEN, "data": "", "has_picture": True,
+        "surface": None, "touching": None, "pairs": (), "fields": (), "notes": (), "missing": (), "left_out": None, "counts": "",
+        "links": (),
+    }  # fmt: skip
     text = _templates().get_template(template).render(shared | context)
     return "\n".join(line for line in text.lstrip().splitlines() if line.strip()) + "\n"
 

@@ -34,14 +34,12 @@ function scheme(prefix, residues, kinds) {
   const stops = scale.colours?.length ? scale.colours : head.stops, share = (value) => (value - scale.dark) / (scale.bright - scale.dark || 1);
   const digits = scale.bright - scale.dark >= 100 ? 0 : 2, unit = scale.unit ? ` ${scale.unit.trim()}` : "", end = (side, which) => `${number(scale[side], digits)}${unit} ${scale[`${which} is`]}`.trim();
   const ends = [end("dark", "low"), end("bright", "high")];
-  const isUnknown = what === "number" ? Array.from({ length: numberCount(scale) }, (_, r) => numberOf(k, r)).includes(null) : steps.includes(UNKNOWN);
+  const all = what === "number" ? Array.from({ length: scale.count }, (_, r) => numberOf(k, r)) : Array.from(steps, (step) => (step === UNKNOWN ? null : step));
   return {
     colour: (i) => ((value) => (value === null ? GREY : between(stops, share(value))))(valueAt(i)),
-    words: inLetters(scale.name), bar: stops, ends, boxes: isUnknown ? [[scale["unknown is"], GREY]] : [],
+    words: inLetters(scale.name), bar: all.some((value) => value !== null) && stops, ends, boxes: all.includes(null) ? [[scale["unknown is"], GREY]] : [],
   };
 }
-
-const numberCount = (table) => table.count;
 
 function byResidue(residues, words, colourOf, boxes) {
   return { colour: (i) => (residues[i] < 0 ? GREY : colourOf(residues[i])), words, boxes };
@@ -56,9 +54,9 @@ function byB(residues) {
 }
 
 function coloursOfSurface() {
-  const { residues, corners } = meshes[view.frame], dotted = view.shown.length > 0;
+  const { residues, corners } = meshes[view.frame], dotted = view.shown.length > 0 && asked() !== "all";
   const made = dotted ? { colour: () => PLAIN } : scheme("corner", residues, data["corner kind"]);
-  if (!dotted) key(made);
+  if (!view.shown.length) key(made);
   return corners.map((_, i) => rgb(residues && view.chosen >= 0 && residues[i] === view.chosen ? CHOSEN : made.colour(i)));
 }
 
@@ -85,5 +83,5 @@ function key({ words, bar, ends, boxes }) {
     nodes.push(tag("span", { className: "box" }, box, name || "–"));
   }
   element("legend").replaceChildren(...nodes);
-  coloured = [words, bar ? `from ${ends[0]} to ${ends[1]}` : boxes.map(([name]) => name).join(", ")].filter(Boolean).join(", ");
+  coloured = [words, bar && `from ${ends[0]} to ${ends[1]}`, ...boxes.map(([name]) => (bar ? `grey ${name}` : name))].filter(Boolean).join(", ");
 }

@@ -59,10 +59,13 @@ function choose(residue, moves = true) {
   if (!view.touched) setOpacity(100);
   mark();
   describe();
-  style();
-  if (residue >= 0 && moves) go(residue);
-  paint();
   curves();
+  if (!home) return; // nothing can be drawn
+  atOnce(() => {
+    style();
+    if (residue >= 0 && moves) go(residue);
+    paint();
+  });
 }
 
 function mark() {
@@ -135,10 +138,11 @@ function toFrame(frame) {
   view.frame = Math.min(nFrames() - 1, Math.max(0, frame));
   [element("frame").value, element("frame-text").textContent] = [view.frame, head.frames[view.frame]];
   element("frame").setAttribute("aria-valuetext", head.frames[view.frame]);
-  viewer.setFrame(view.frame);
-  drawSurface();
-  style();
-  viewer.render();
+  atOnce(() => {
+    viewer.setFrame(view.frame);
+    drawSurface();
+    style();
+  });
   describe();
   curves();
 }
@@ -232,8 +236,37 @@ function onKeys(part, keys) {
   });
 }
 
+const chooseNone = () => {
+  if (dots) pickDot(-1);
+  choose(-1);
+};
+
+// The list, the search and the profiles, which need no picture.
 function listen() {
-  const stage = element("stage"), reset = () => viewer.setView(home), none = () => (pickDot(-1), choose(-1));
+  element("which").addEventListener("input", fillList);
+  element("search").addEventListener("input", () => search(false, true));
+  onKeys(element("search"), { Enter: () => search(true), ArrowDown: () => element("list").focus() });
+  element("none").addEventListener("click", chooseNone);
+  onKeys(element("list"), {
+    ArrowDown: () => step(1), ArrowUp: () => step(-1), PageDown: () => step(10), PageUp: () => step(-10), Home: () => step(-Infinity), End: () => step(Infinity), Escape: chooseNone,
+  });
+  document.addEventListener("click", (event) => {
+    const button = event.target.closest("#list [data-residue], button.residue");
+    if (!button) return;
+    choose(+button.dataset.residue);
+    if (button.tagName === "BUTTON") element("stage").scrollIntoView({ block: "nearest" });
+  });
+  for (const profile of document.querySelectorAll(".profile .wide")) {
+    onKeys(profile, { ArrowRight: () => along(1), ArrowLeft: () => along(-1), Escape: chooseNone });
+    profile.addEventListener("click", (event) => {
+      const marks = [...profile.querySelectorAll("[data-residue]")], away = (mark) => Math.abs(mark.getBoundingClientRect().left + mark.getBoundingClientRect().width / 2 - event.clientX);
+      if (marks.length) choose(+marks.reduce((a, b) => (away(b) < away(a) ? b : a)).dataset.residue);
+    });
+  }
+}
+
+function listenToPicture() {
+  const stage = element("stage"), reset = () => viewer.setView(home);
   element("colour").addEventListener("input", paint);
   element("opacity").addEventListener("input", () => {
     view.touched = true;
@@ -241,31 +274,12 @@ function listen() {
     paint();
   });
   element("inside").addEventListener("input", () => (style(), viewer.render()));
-  element("which").addEventListener("input", fillList);
-  element("search").addEventListener("input", () => search(false, true));
-  onKeys(element("search"), { Enter: () => search(true), ArrowDown: () => element("list").focus() });
-  for (const [id, action] of [["none", none], ["reset", reset], ["save", save], ["play", play]]) element(id)?.addEventListener("click", action);
+  for (const [id, action] of [["reset", reset], ["save", save], ["play", play]]) element(id)?.addEventListener("click", action);
   onKeys(stage, {
     ArrowLeft: () => viewer.rotate(-8, "vy"), ArrowRight: () => viewer.rotate(8, "vy"), ArrowUp: () => viewer.rotate(-8, "vx"), ArrowDown: () => viewer.rotate(8, "vx"),
-    "+": () => viewer.zoom(1.15), "=": () => viewer.zoom(1.15), "-": () => viewer.zoom(1 / 1.15), 0: reset, s: save, Escape: none,
+    "+": () => viewer.zoom(1.15), "=": () => viewer.zoom(1.15), "-": () => viewer.zoom(1 / 1.15), 0: reset, s: save, Escape: chooseNone,
     n: () => (dots && !element("again").hidden ? drawAgain() : along(1)), p: () => along(-1), ".": () => toFrame(view.frame + 1), ",": () => toFrame(view.frame - 1),
   });
-  onKeys(element("list"), {
-    ArrowDown: () => step(1), ArrowUp: () => step(-1), PageDown: () => step(10), PageUp: () => step(-10), Home: () => step(-Infinity), End: () => step(Infinity), Escape: none,
-  });
-  document.addEventListener("click", (event) => {
-    const button = event.target.closest("#list [data-residue], button.residue");
-    if (!button) return;
-    choose(+button.dataset.residue);
-    if (button.tagName === "BUTTON") stage.scrollIntoView({ block: "nearest" });
-  });
-  for (const profile of document.querySelectorAll(".profile .wide")) {
-    onKeys(profile, { ArrowRight: () => along(1), ArrowLeft: () => along(-1), Escape: none });
-    profile.addEventListener("click", (event) => {
-      const marks = [...profile.querySelectorAll("[data-residue]")], away = (mark) => Math.abs(mark.getBoundingClientRect().left + mark.getBoundingClientRect().width / 2 - event.clientX);
-      if (marks.length) choose(+marks.reduce((a, b) => (away(b) < away(a) ? b : a)).dataset.residue);
-    });
-  }
   element("frame")?.addEventListener("input", () => toFrame(+element("frame").value));
   if (dots) listenToLaw();
   let down = null, waiting = null;
@@ -286,7 +300,7 @@ function listen() {
       if (residue >= 0) element("hover").textContent = head.labels[residue];
     }, 60);
   });
-  new ResizeObserver(() => (viewer.resize(), viewer.render())).observe(stage);
+  new ResizeObserver(() => stage.clientWidth === viewer.WIDTH && stage.clientHeight === viewer.HEIGHT || viewer.resize()).observe(stage);
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => (background(), viewer.render()));
   addEventListener("beforeprint", () => (element("printed").src = onWhite()));
   toFrame(0);

@@ -48,7 +48,7 @@ class ShownDots:
     minimal_is: str = "the subset minimal.csv"
     opens: str = ""
     samples: bool = False
-    grid: pd.DataFrame = field(default_factory=lambda: pd.DataFrame(columns=[*PARAMETERS, "n_S_percent"]))
+    grid: pd.DataFrame | None = None
     best: dict[str, Any] = field(default_factory=dict)
 
     def packed(self, max_dots: int) -> tuple[np.ndarray, dict[str, Any], dict[str, np.ndarray]]:
@@ -77,10 +77,11 @@ class ShownDots:
         if self.samples or not len(self.minimal):
             samplers["all"] = "all dots"
         samplers["none"] = "none"
-        readings = readings_of_columns(self.grid, "d_")
+        grid = pd.DataFrame(columns=[*PARAMETERS, "n_S_percent"]) if self.grid is None else self.grid
+        readings = readings_of_columns(grid, "d_")
         names = [*PARAMETERS, "n_S_percent"]
         names += [f"{name}_{reading}" for reading in readings for name in ("Z_tS", "Z_tR", "d")]
-        numbers = self.grid[names].to_numpy(float)
+        numbers = grid[names].to_numpy(float)
         header = {
             "step": COORDINATE_STEP, "total": len(surface), "stored": len(dots), "minimal": len(self.minimal),
             "radius": self.prepared.patches.r_patch, "spacing": spacing(surface.points[dots]) if len(dots) > 1 else 1.0,

@@ -57,7 +57,7 @@ function chooseDots() {
   const whole = name === "minimal" && chosen.length === head.dots.minimal ? head.dots.total : all;
   const told = name === "none" ? "" : `${chosen.length.toLocaleString("en")} of ${whole.toLocaleString("en")} dots (${((100 * chosen.length) / whole).toFixed(1)} %).`;
   element("shown").textContent = told;
-  if (told && all < head.dots.total) element("shown").textContent += ` The page holds the first ${all.toLocaleString("en")} of ${head.dots.total.toLocaleString("en")} dots.`;
+  if (told && all < head.dots.total && whole !== head.dots.total) element("shown").textContent += ` The page holds the first ${all.toLocaleString("en")} of ${head.dots.total.toLocaleString("en")} dots.`;
   if (name === "paper") element("nearest").replaceChildren(...nearest());
 }
 

@@ -26,26 +26,38 @@ async function start() {
   atoms = placesOfAtoms();
   if (data.u) dots = dotsOf();
   fillMenus();
-  if (!document.createElement("canvas").getContext("webgl2")) throw new Error("this browser offers no WebGL 2; the tables below do not need it");
-  await library();
-  viewer = $3Dmol.createViewer(element("stage"), { antialias: true, upscale: false, cartoonQuality: 6, orthographic: true, disableFog: false });
-  background();
-  if (atoms.length) {
-    model = viewer.addModel(mmcif(), "cif");
-    if (nFrames() > 1) model.setCoordinates(atoms.map((frame) => frame.map(({ x, y, z }) => [x, y, z])), "array");
-  }
-  setOpacity(100);
-  chooseDots();
-  drawSurface();
-  style();
-  viewer.zoomTo({}, 0);
-  face(head.turn);
-  fit();
-  home = viewer.getView();
   listen();
   describe();
-  viewer.render();
+  if (!document.createElement("canvas").getContext("webgl2")) throw new Error("this browser offers no WebGL 2; the tables below do not need it");
+  await library();
+  viewer = $3Dmol.createViewer(element("stage"), { antialias: true, upscale: false, cartoonQuality: 6, orthographic: true, disableFog: true });
+  atOnce(() => {
+    background();
+    if (atoms.length) model = viewer.addModel(mmcif(), "cif");
+    if (model && nFrames() > 1) model.setCoordinates(atoms.map((frame) => frame.map(({ x, y, z }) => [x, y, z])), "array");
+    setOpacity(100);
+    chooseDots();
+    drawSurface();
+    style();
+    viewer.zoomTo({}, 0);
+    face(head.turn);
+    fit();
+    home = viewer.getView();
+    listenToPicture();
+  });
   document.body.dataset.ready = "yes";
+}
+
+// Draws once after some actions: most methods of the library draw by themselves, which takes long.
+function atOnce(act) {
+  const renderer = viewer.getRenderer(), draw = renderer.render;
+  renderer.render = (scene, camera) => (scene.updateMatrixWorld(), camera.matrixWorldInverse.getInverse(camera.matrixWorld));
+  try {
+    act();
+  } finally {
+    renderer.render = draw;
+  }
+  viewer.render();
 }
 
 const nFrames = () => Math.max(1, head.frames.length);
@@ -97,7 +109,7 @@ function dotsOf() {
 // The atoms as mmCIF, in which names and numbers have no limit of length; 3Dmol.js finds bonds and secondary structure.
 function mmcif() {
   const names = ["group_PDB", "id", "type_symbol", "label_atom_id", "label_comp_id", "label_asym_id", "auth_asym_id", "auth_seq_id", "label_seq_id", "pdbx_PDB_ins_code", "Cartn_x", "Cartn_y", "Cartn_z", "pdbx_PDB_model_num"];
-  const word = (text) => `"${text.replace(/["\s]/g, "_") || "?"}"`;
+  const word = (text) => (/^[a-z0-9]+$/i.test(text) ? text : `"${text.replace(/["\s]/g, "_") || "?"}"`); // 3Dmol.js keeps the quotes of residues
   const lines = atoms[0].map(({ x, y, z }, i) => {
     const residue = data["residue of atom"][i], [name, number, chain] = head.parts[residue], [, sequence, code] = number.match(/^(-?\d+)(.*)$/) ?? [0, residue, ""];
     const kind = data.kinds[residue] < 2 ? "ATOM" : "HETATM";
@@ -155,10 +167,12 @@ const radiusOfDots = () => (view.shown.length === head.dots.stored ? 0.75 : 0.4)
 function style() {
   viewer.removeAllLabels();
   if (model) {
-    const kind = (which) => ({ predicate: (atom) => data.kinds[data["residue of atom"][atom.index]] === which });
-    const shown = { cartoon: { cartoon: { color: "#9aa3ad" } }, stick: { stick: { radius: 0.15 } }, line: { line: {} }, none: {} }[element("inside").value];
+    const residues = (fits) => ({ predicate: (atom) => fits(data["residue of atom"][atom.index]) });
+    const cartoon = (color) => ({ cartoon: { color, style: head.trace ? "trace" : "rectangle" } });
+    const shown = { cartoon: cartoon("#9aa3ad"), stick: { stick: { radius: 0.15 } }, line: { line: {} }, none: {} }[element("inside").value];
     viewer.setStyle({}, shown);
-    viewer.setStyle(kind(2), { stick: { radius: 0.22, colorscheme: "greenCarbon" }, sphere: { scale: 0.25, colorscheme: "greenCarbon" } });
+    viewer.setStyle(residues((r) => r >= head.surfaced), cartoon("#d98e2b"));
+    viewer.setStyle(residues((r) => data.kinds[r] === 2), { stick: { radius: 0.22, colorscheme: "greenCarbon" }, sphere: { scale: 0.25, colorscheme: "greenCarbon" } });
     if (view.chosen >= 0 && atomsOf[view.chosen]) viewer.addStyle({ index: atomsOf[view.chosen] }, { stick: { radius: 0.25, colorscheme: "orangeCarbon" } });
   }
   const middle = view.chosen >= 0 && middleOf(view.chosen);
@@ -191,7 +205,7 @@ function face(t) {
 // Zooms and moves so that everything that lies on the surface fills the picture.
 function fit() {
   const stage = element("stage"), { clientWidth, clientHeight } = stage, box = stage.getBoundingClientRect();
-  const all = hasSurface() ? meshes[view.frame].corners : dots ? dots.places : atoms[0];
+  const all = [...meshes[view.frame].corners, ...(atoms[view.frame] ?? []), ...(hasSurface() ? [] : dots.places)];
   for (let round = 0; round < 3; round++) {
     const flat = viewer.modelToScreen(all), ends = (axis) => flat.reduce(([low, high], place) => [Math.min(low, place[axis]), Math.max(high, place[axis])], [Infinity, -Infinity]);
     const [[left, right], [top, bottom]] = [ends("x"), ends("y")];

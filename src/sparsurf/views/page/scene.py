@@ -135,7 +135,9 @@ class PageScene:
 
     def _packed(self, shapes: Sequence[Shape], max_dots: int) -> str:
         """Pack the scene with at most so many dots."""
-        entries, columns = self.atoms.header() if self.atoms else (self._residues_of_labels(), {})
+        names = list(dict.fromkeys(self.labels))
+        entries = {"residues": names, "parts": [], "chains": [], "types": [], "surfaced": len(names)}
+        entries, columns = self.atoms.header() if self.atoms else (entries, {})
         corners = shapes[0].corners
         placed = corners if len(corners) else self.surface.points if self.surface else shapes[0].atoms
         turn = along_smallest_axis(placed) if self.turn is None else self.turn
@@ -150,7 +152,7 @@ class PageScene:
         }  # fmt: skip
         header |= self._contacts()
         columns |= {f"number {k}": _whole(numbers) for k, numbers in enumerate(self.numbers)}
-        residues = [self._residues_of_corners(shape, entries["residues"]) for shape in shapes]
+        residues = [self._residues(shape.atom_of_corners) for shape in shapes]
         columns |= shape_columns(shapes, residues)
         if self.surface is not None and len(corners):
             near = nearest_of(self.surface.points, corners)
@@ -159,7 +161,7 @@ class PageScene:
         if self.dots is not None:
             dots, header["dots"], of_dots = self.dots.packed(max_dots)
             columns |= of_dots | self._values(header, dots, "value")
-            columns["residue"] = self._residues_of_dots(dots, entries["residues"])
+            columns["residue"] = self._residues(self.dots.prepared.surface.atom[dots])
         return pack(header, columns)
 
     def _values(self, header: dict[str, Any], dots: np.ndarray, prefix: str) -> dict[str, np.ndarray]:
@@ -183,32 +185,14 @@ class PageScene:
         ]
         return {"units": units, "touching": rows}
 
-    def _residues_of_labels(self) -> dict[str, Any]:
-        """Return the entries of the header for dots without a molecule."""
-        has_atoms = self.surface is not None and (self.surface.atom >= 0).any()
-        names = list(dict.fromkeys(self.labels)) if has_atoms else []
-        return {"residues": names, "parts": [], "chains": [], "types": [], "surfaced": len(names)}
-
-    def _residues_of_dots(self, dots: np.ndarray, names: Sequence[str]) -> np.ndarray:
-        """Return the residue of some dots, -1 where it is not known."""
-        assert self.surface is not None
-        atom = self.surface.atom[dots]
+    def _residues(self, atom: np.ndarray) -> np.ndarray:
+        """Return the residue of some atoms, -1 where none is known."""
         if self.atoms is not None:
             of_atom = self.atoms.molecule.residue_index
-        elif names:
-            number = {name: k for k, name in enumerate(names)}
-            of_atom = np.array([number[name] for name in self.labels])
         else:
-            return np.full(len(dots), -1)
-        return np.where(atom >= 0, of_atom[atom], -1)
-
-    def _residues_of_corners(self, shape: Shape, names: Sequence[str]) -> np.ndarray:
-        """Return the residue of the corners of a mesh, that of the nearest dot where no molecule is known."""
-        if self.atoms is not None and shape.mesh is not None and (shape.mesh.vertices.atom >= 0).all():
-            return np.asarray(self.atoms.molecule.residue_index[shape.mesh.vertices.atom])
-        if self.surface is None or shape.mesh is None:
-            return np.full(len(shape.corners), -1)
-        return self._residues_of_dots(nearest_of(self.surface.points, shape.corners), names)
+            names = {name: k for k, name in enumerate(dict.fromkeys(self.labels))}
+            of_atom = np.array([names[name] for name in self.labels], int)
+        return np.append(of_atom, -1)[np.where(atom < len(of_atom), atom, -1)]
 
 
 PLDDT_BANDS = [

@@ -18,7 +18,7 @@ SPARSER = 0.7  # of the density of a mesh, while a page is too large
 LEAST_DENSITY = 0.25  # of a mesh, corners per Å^2
 SHAPE_STEP = 0.02  # Å, of positions on a page
 B_STEP = 0.01  # Å^2
-TRACE_ATOMS = ("CA", "C4'", "C4*")
+TRACE_ATOMS = ("CA", "P")
 MAX_DRAWN_ATOMS = 60_000  # heavy atoms of a page; of larger molecules it holds those of the trace alone
 TYPES = {
     "hydrophobic": ("ALA VAL LEU ILE MET PHE TRP PRO GLY CYS", (214, 190, 120)),
@@ -44,6 +44,11 @@ class Shape(NamedTuple):
     def corners(self) -> np.ndarray:
         """Positions of the corners of the mesh, (V, 3)."""
         return np.empty((0, 3)) if self.mesh is None else self.mesh.vertices.points
+
+    @property
+    def atom_of_corners(self) -> np.ndarray:
+        """Atom of each corner, (V,), -1 where it is not known."""
+        return np.empty(0, int) if self.mesh is None else self.mesh.vertices.atom
 
     def in_order(self) -> Shape:
         """Return the shape with its corners in the order of their first use, so that most steps between them are small."""
@@ -104,6 +109,7 @@ class DrawnAtoms:
         types = [TYPE_OF_NAME.get(standard_name(name), len(TYPES) - 1) for name in residue_names.tolist()]
         header = {
             "residues": self.labels(), "parts": [list(map(str, part)) for part in parts], "surfaced": self.n_surfaced,
+            "trace": self.is_trace,
             "elements": elements.tolist(), "names": names.tolist(),
             "types": [[kind_name, rgb] for kind_name, (_, rgb) in TYPES.items()],
             "chains": [[chain_name, CHAIN_COLOURS[k % len(CHAIN_COLOURS)]] for k, chain_name in enumerate(chain_names.tolist())],

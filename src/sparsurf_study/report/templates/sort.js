@@ -30,7 +30,7 @@ for (const contents of document.querySelectorAll("#contents")) {
   const headings = [...document.querySelectorAll("h2")].filter((heading) => !heading.closest(".card") && heading.offsetParent);
   headings.forEach((heading, k) => {
     heading.id ||= `part-${k}`;
-    contents.append(Object.assign(document.createElement("a"), { href: `#${heading.id}`, textContent: heading.textContent }));
+    contents.lastElementChild.append(Object.assign(document.createElement("a"), { href: `#${heading.id}`, textContent: heading.textContent }));
   });
   contents.hidden = headings.length < 2;
 }
