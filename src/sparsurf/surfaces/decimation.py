@@ -73,7 +73,7 @@ def sized_mesh(
 def decimate(mesh: Mesh, n_vertices: int) -> Mesh:
     """Reduce a closed mesh to `n_vertices` in float32 of the same topology; InputError if its parts and handles need more."""
     points, normals = on_steps(mesh.vertices.points), on_steps(mesh.vertices.normals)
-    origin = np.array(mesh.triangles, np.int64).ravel()
+    origin = np.array(mesh.triangles, np.int32).ravel()
     dead, alive = _collapse(
         points, normals, origin, twins(origin, len(points)), max(n_vertices, MIN_VERTICES)
     )

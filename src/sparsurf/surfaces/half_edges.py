@@ -22,9 +22,10 @@ LEAST_GAIN = -1  # folds that a collapse may add where no other removes one
 def twins(origin: np.ndarray, n: int) -> np.ndarray:
     """Return the opposite half-edge of each; half-edge 3 f + k leads from corner k of triangle f to the next."""
     target = np.roll(origin.reshape(-1, 3), -1, axis=1).ravel()
-    key = np.minimum(origin, target) * n + np.maximum(origin, target)
-    order = np.argsort(key, kind="stable")
-    twin = np.empty(len(origin), np.int64)
+    key = np.minimum(origin, target).astype(np.int64) * n
+    key += np.maximum(origin, target)
+    order = np.argsort(key, kind="stable").astype(np.int32)
+    twin = np.empty(len(origin), np.int32)
     twin[order[::2]], twin[order[1::2]] = order[1::2], order[::2]
     return twin
 
@@ -94,7 +95,8 @@ def remove_start(h: int, origin: np.ndarray, twin: np.ndarray, dead: np.ndarray)
         e = around(e, twin)
         if e == h:
             break
-    for side in (h, twin[h]):
+    for end in range(2):
+        side = twin[h] if end else h
         a, b = twin[next_edge(side)], twin[next_edge(next_edge(side))]
         twin[a], twin[b] = b, a
         dead[side // 3] = True
@@ -168,7 +170,7 @@ def unfold(points: np.ndarray, normals: np.ndarray, triangles: np.ndarray) -> tu
 
     As many folds stay as no collapse removes; the mesh stays closed, and its parts and handles the same.
     """
-    origin = np.array(triangles, np.int64).ravel()
+    origin = np.array(triangles, np.int32).ravel()
     dead = _unfold(on_steps(points), on_steps(normals), origin, twins(origin, len(points)))
     kept, corners = np.unique(origin.reshape(-1, 3)[~dead], return_inverse=True)
     return kept, corners.reshape(-1, 3)

@@ -38,6 +38,7 @@ from sparsurf.surfaces.rolling_probe import (
 from sparsurf.surfaces.surface import Surface
 from sparsurf.surfaces.vectors import (
     add_scaled,
+    cross,
     dot,
     point,
     subtract,
@@ -55,6 +56,9 @@ MAX_GRID_POINTS = 400_000_000  # more would take over 4 GB
 MIN_SHARE_OF_EDGE = 0.02  # between a vertex and the end of its edge
 BYTES_PER_GRID_POINT = 20  # values, cut edges and numbers of vertices
 SAME_DEPTH = 1e-9  # Å; of two spheres that are equally near, either decides
+SLAB_POINTS = 4_000_000  # of the grid whose values are held at once
+# Where the deepest sphere puts a grid point: far from all, where a probe's centre may be, in reach of a probe, in a sphere
+FAR, AT_PROBE, BETWEEN, IN_SPHERE = 0, 1, 2, 3
 
 
 @dataclass(frozen=True)
@@ -96,6 +100,19 @@ class Mesh(Shown):
         return float(np.sum(a * np.cross(b, c)) / 6)
 
 
+@njit(cache=True, nogil=True)
+def _areas_around(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Return a third of the area of the triangles around each point, (V,)."""
+    area = np.zeros(len(points))
+    for f in range(len(triangles)):
+        a = point(points, triangles[f, 0])
+        w = cross(subtract(point(points, triangles[f, 1]), a), subtract(point(points, triangles[f, 2]), a))
+        third = math.sqrt(dot(w, w)) / 6
+        for k in range(3):
+            area[triangles[f, k]] += third
+    return area
+
+
 def widest_step(probe: float) -> float:
     """Return the widest step of a grid, Å, for a probe: no edge may cross the space between surface and centres."""
     return probe / 2
@@ -109,9 +126,7 @@ def build_mesh(
     atom: np.ndarray | None = None,
 ) -> Mesh:
     """Make a Mesh of points (V, 3), Å, normals (V, 3), triangles (F, 3) and, where known, kinds and atoms of the points (V,)."""
-    a, b, c = (points[triangles[:, k]] for k in range(3))
-    third = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 6
-    area = np.bincount(triangles.ravel(), np.repeat(third, 3), len(points))
+    area = _areas_around(np.ascontiguousarray(points, float), triangles)
     return Mesh(Surface(points, normals, area, kind, atom), triangles)
 
 
@@ -155,11 +170,7 @@ def molecular_mesh(
     step, rolling = min(step, widest_step(probe)), spheres.rolling
     enclosed = enclosed_centres(rolling) if cavities == "remove" else no_enclosed_centres(rolling)
     low, shape = grid_around(spheres.relative, spheres.radii.max(), step)
-    values = _deepest(spheres.relative, spheres.radii, low, shape, step, -2 * probe)
-    # neither inside an atom nor a centre from which the probe can leave
-    doubtful = (values > -probe) & (values <= 0)
-    doubtful |= _enclosed_points(values, rolling, enclosed, spheres.radii, low, step, probe)
-    return _mesh_of_grid(spheres, values, doubtful, enclosed, low, step, threads)
+    return _mesh_of_grid(spheres, enclosed, enclosed, False, MeshGrid(low, shape, step), threads)
 
 
 class RolledSpheres(NamedTuple):
@@ -189,116 +200,226 @@ def cavity_mesh(spheres: RolledSpheres, cavity: EnclosedCentres, step: float, th
 
     `cavity` is one of `spheres.cavities()`, and `step` that of `molecular_mesh`.
     """
-    rolling, probe = spheres.rolling, spheres.probe
-    step, elsewhere = min(step, widest_step(probe)), all_other_centres(cavity)
-    arcs = rolling.arcs[cavity.arcs]
+    step, arcs = min(step, widest_step(spheres.probe)), spheres.rolling.arcs[cavity.arcs]
     reach = arcs[:, ARC_RADIUS, None]
     around = np.concatenate([arcs[:, T : T + 3] - reach, arcs[:, T : T + 3] + reach])
-    low, shape = grid_around(around, probe, step)
-    values = _deepest(spheres.relative, spheres.radii, low, shape, step, -2 * probe)
-    inside = _enclosed_points(values, rolling, cavity, spheres.radii, low, step, probe)
-    return _mesh_of_grid(spheres, values, ~inside & (values <= 0), elsewhere, low, step, threads)
+    low, shape = grid_around(around, spheres.probe, step)
+    return _mesh_of_grid(
+        spheres, cavity, all_other_centres(cavity), True, MeshGrid(low, shape, step), threads
+    )
+
+
+class MeshGrid(NamedTuple):
+    """A grid of points in cubes."""
+
+    low: np.ndarray  # (3,) Å, its lowest corner, relative to the first sphere
+    shape: np.ndarray  # (3,) int64
+    step: float  # Å
 
 
 def _mesh_of_grid(
     spheres: RolledSpheres,
-    values: np.ndarray,
-    is_doubtful: np.ndarray,
     enclosed: EnclosedCentres,
-    low: np.ndarray,
-    step: float,
+    left_out: EnclosedCentres,
+    is_wall: bool,
+    grid: MeshGrid,
     threads: int,
 ) -> Mesh:
-    """Find the values of the doubtful grid points (X, Y, Z), and return the mesh around all values above 0."""
+    """Return the mesh around all grid points that are nearer than a probe's radius to no centre, but for those that are left out.
+
+    Only the side of points near a sphere is in doubt, and of those that reach `enclosed` centres, or of all others where it is
+    the wall of these. Values are held for some planes of the grid at a time.
+    """
     rolling, probe = spheres.rolling, spheres.probe
     # A point that an edge of the grid joins to the surface lies at most a diagonal of a cube from it
-    limit = probe + math.sqrt(3) * step
-    doubtful = np.flatnonzero(is_doubtful)
-    positions = low + step * np.stack(np.unravel_index(doubtful, values.shape), axis=1)
-    gap, *_ = nearest_centres(positions, rolling, enclosed, limit, threads)
-    values.ravel()[doubtful] = gap - probe
-    vertices, triangles = marching_tetrahedra(values)
-    vertices = low + step * vertices
-    gap, centres, kind, atom = nearest_centres(vertices, rolling, enclosed, limit, threads)
-    outward = (centres - vertices) / gap[:, None]
+    limit = probe + math.sqrt(3) * grid.step
+    n_planes, *plane = grid.shape.tolist()
+    thickness = max(2, SLAB_POINTS // math.prod(plane))
+    slabs = [(a, min(a + thickness, n_planes)) for a in range(0, n_planes, thickness)]
+    kinds, is_enclosed_at = np.empty(grid.shape, np.uint8), np.zeros(grid.shape, np.bool_)
+    for a, b in slabs:
+        values, near = _deepest_of_slab(spheres, grid, a, b)
+        _classify(values, probe, kinds[a:b])
+        _mark_enclosed(values, rolling, enclosed, spheres.radii, near, *grid, a, probe, is_enclosed_at)
+    _flood(kinds, is_enclosed_at)
+    is_doubtful = np.logical_not(is_enclosed_at, out=is_enclosed_at) if is_wall else is_enclosed_at
+    inside, cut = np.zeros(grid.shape, np.bool_), np.zeros(grid.shape, np.uint8)
+    vertices, last = [], np.empty((0, *plane))
+    for a, b in slabs:
+        if len(slabs) > 1:
+            values, _ = _deepest_of_slab(spheres, grid, a, b)
+        doubtful = _doubtful(kinds, is_doubtful, values, a, limit - probe)
+        i, j, k = np.unravel_index(doubtful, values.shape)
+        positions = grid.low + grid.step * np.stack([i + a, j, k], axis=1)
+        gap, *_ = nearest_centres(positions, rolling, left_out, limit, threads)
+        values.ravel()[doubtful] = gap - probe
+        inside[a:b] = values > 0
+        # The edges of the last plane lead into the next slab
+        together, first = np.concatenate([last, values]), a - len(last)
+        edges = _cut_edges(together)
+        edges[len(together) - (b < n_planes) :] = 0
+        cut[first:b] = edges
+        vertices.append(_vertices(together, edges, first))
+        last = values[-1:].copy()
+    del values, together, edges, kinds, is_enclosed_at, is_doubtful
+    triangles = _triangles(inside, cut)
+    del inside, cut
+    corners = grid.low + grid.step * np.concatenate(vertices)
+    gap, centres, kind, atom = nearest_centres(corners, rolling, left_out, limit, threads)
+    outward = (centres - corners) / gap[:, None]
     points = centres - probe * outward + spheres.xyz[0]
+    del corners, centres, gap, vertices
     kept, triangles = unfold(points, outward, triangles)
     return build_mesh(points[kept], outward[kept], triangles, kind[kept], spheres.kept[atom[kept]])
 
 
+def _deepest_of_slab(
+    spheres: RolledSpheres, grid: MeshGrid, begin: int, end: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return `_deepest` of the planes from one to another of the grid, and the spheres near them."""
+    deepest = 2 * spheres.probe
+    half = grid.step * (end - 1 - begin) / 2
+    distance = np.abs(spheres.relative[:, 0] - (grid.low[0] + grid.step * begin + half))
+    near = np.flatnonzero(distance <= half + spheres.radii + deepest + grid.step)
+    return _deepest(spheres.relative, spheres.radii, near, *grid, begin, end, -deepest), near
+
+
 @njit(cache=True, nogil=True)
 def _deepest(
-    centre: np.ndarray, radii: np.ndarray, low: np.ndarray, shape: np.ndarray, step: float, lowest: float
+    centre: np.ndarray,
+    radii: np.ndarray,
+    near: np.ndarray,
+    low: np.ndarray,
+    shape: np.ndarray,
+    step: float,
+    begin: int,
+    end: int,
+    lowest: float,
 ) -> np.ndarray:
-    """Return the depth below the surface of the deepest sphere around each grid point, (X, Y, Z), at least `lowest`."""
-    values = np.full((shape[0], shape[1], shape[2]), lowest)
+    """Return the depth below the surface of the deepest sphere around each point of some planes, (X, Y, Z), at least `lowest`."""
+    values = np.full((end - begin, shape[1], shape[2]), lowest)
     first, last = np.empty(3, np.int64), np.empty(3, np.int64)
-    for a in range(len(centre)):
+    for a in near:
         for c in range(3):
             first[c] = max(0, math.ceil((centre[a, c] - radii[a] + lowest - low[c]) / step))
             last[c] = min(shape[c] - 1, math.floor((centre[a, c] + radii[a] - lowest - low[c]) / step))
-        for i in range(first[0], last[0] + 1):
+        for i in range(max(begin, first[0]), min(end - 1, last[0]) + 1):
             x = low[0] + i * step - centre[a, 0]
             for j in range(first[1], last[1] + 1):
                 y = low[1] + j * step - centre[a, 1]
                 for k in range(first[2], last[2] + 1):
                     z = low[2] + k * step - centre[a, 2]
                     depth = radii[a] - math.sqrt(x * x + y * y + z * z)
-                    if depth > values[i, j, k]:
-                        values[i, j, k] = depth
+                    if depth > values[i - begin, j, k]:
+                        values[i - begin, j, k] = depth
     return values
 
 
 @njit(cache=True, nogil=True)
-def _enclosed_points(
+def _classify(values: np.ndarray, probe: float, kinds: np.ndarray) -> None:
+    """Write where each grid point of a slab is."""
+    for i in range(values.shape[0]):
+        for j in range(values.shape[1]):
+            for k in range(values.shape[2]):
+                v = values[i, j, k]
+                kinds[i, j, k] = (
+                    FAR if v <= -2 * probe else AT_PROBE if v <= -probe else BETWEEN if v <= 0 else IN_SPHERE
+                )
+
+
+@njit(cache=True, nogil=True)
+def _mark_enclosed(
     values: np.ndarray,
     rolling: Rolling,
     enclosed: EnclosedCentres,
     radii: np.ndarray,
+    near: np.ndarray,
     low: np.ndarray,
+    shape: np.ndarray,
     step: float,
+    begin: int,
     probe: float,
-) -> np.ndarray:
-    """Find the grid points from which the centre of a probe reaches a cavity, and not the outside, (X, Y, Z) bool.
+    found: np.ndarray,
+) -> None:
+    """Mark the points of a slab from which the centre of a probe reaches a cavity, and not the outside.
 
-    Up to a probe's radius from the nearest sphere, that sphere decides; `values` of `_deepest` are lower farther away. There two
-    points side by side lie in one cavity, as a step is shorter.
+    This tells the sphere nearest to a point that lies up to a probe's radius from it.
     """
-    found = np.zeros(values.shape, np.bool_)
-    waiting = [(0, 0, 0) for _ in range(0)]
     first, last = np.empty(3, np.int64), np.empty(3, np.int64)
     centre, reach = rolling.atoms.centre, rolling.atoms.reach
-    for a in range(len(centre)):
+    for a in near:
         if enclosed.atoms[a] == OPEN:
             continue
         for c in range(3):
             first[c] = max(0, math.ceil((centre[a, c] - radii[a] - 2 * probe - low[c]) / step))
-            last[c] = min(
-                values.shape[c] - 1, math.floor((centre[a, c] + radii[a] + 2 * probe - low[c]) / step)
-            )
-        for i in range(first[0], last[0] + 1):
+            last[c] = min(shape[c] - 1, math.floor((centre[a, c] + radii[a] + 2 * probe - low[c]) / step))
+        for i in range(max(begin, first[0]), min(begin + len(values) - 1, last[0]) + 1):
             for j in range(first[1], last[1] + 1):
                 for k in range(first[2], last[2] + 1):
-                    if not -2 * probe < values[i, j, k] <= -probe or found[i, j, k]:
+                    value = values[i - begin, j, k]
+                    if not -2 * probe < value <= -probe or found[i, j, k]:
                         continue
                     position = (low[0] + i * step, low[1] + j * step, low[2] + k * step)
                     w = subtract(position, point(centre, a))
                     d = math.sqrt(dot(w, w))
-                    if radii[a] - d < values[i, j, k] - SAME_DEPTH:
+                    if radii[a] - d < value - SAME_DEPTH:
                         continue  # another sphere is nearer
                     touching = add_scaled(point(centre, a), reach[a] / d, w)
                     if is_enclosed(touching, a, rolling, enclosed):
                         found[i, j, k] = True
-                        waiting.append((i, j, k))
-    while len(waiting) > 0:
-        i, j, k = waiting.pop()
-        for c in range(6):
-            side = 1 if c % 2 else -1
-            x, y, z = i + side * (c // 2 == 0), j + side * (c // 2 == 1), k + side * (c // 2 == 2)
-            if values[x, y, z] <= -2 * probe and not found[x, y, z]:
-                found[x, y, z] = True
-                waiting.append((x, y, z))
-    return found
+
+
+@njit(cache=True, nogil=True)
+def _flood(kinds: np.ndarray, found: np.ndarray) -> None:
+    """Mark the points far from all spheres that are joined to marked ones: side by side, they lie in one cavity."""
+    waiting = [(0, 0, 0) for _ in range(0)]
+    nx, ny, nz = kinds.shape
+    for i in range(nx):
+        for j in range(ny):
+            for k in range(nz):
+                if not found[i, j, k] or kinds[i, j, k] != AT_PROBE:
+                    continue
+                waiting.append((i, j, k))
+                while len(waiting) > 0:
+                    x, y, z = waiting.pop()
+                    for c in range(6):
+                        side = 1 if c % 2 else -1
+                        u, v, w = x + side * (c // 2 == 0), y + side * (c // 2 == 1), z + side * (c // 2 == 2)
+                        if kinds[u, v, w] == FAR and not found[u, v, w]:
+                            found[u, v, w] = True
+                            waiting.append((u, v, w))
+
+
+@njit(cache=True, nogil=True)
+def _doubtful(
+    kinds: np.ndarray, is_doubtful: np.ndarray, values: np.ndarray, begin: int, beyond: float
+) -> np.ndarray:
+    """Return the points of a slab whose distance from the nearest centre is needed, by their number there.
+
+    Between doubtful points that are far from all spheres, no edge is cut: they get the value `beyond`.
+    """
+    out, n = np.empty(1024, np.int64), 0
+    nx, ny, nz = kinds.shape
+    for i in range(begin, begin + len(values)):
+        for j in range(ny):
+            for k in range(nz):
+                if kinds[i, j, k] == IN_SPHERE or not (kinds[i, j, k] == BETWEEN or is_doubtful[i, j, k]):
+                    continue
+                is_alone = kinds[i, j, k] == FAR
+                for x in range(max(i - 1, 0), min(i + 2, nx) if is_alone else 0):
+                    for y in range(max(j - 1, 0), min(j + 2, ny)):
+                        for z in range(max(k - 1, 0), min(k + 2, nz)):
+                            is_alone &= is_doubtful[x, y, z] and kinds[x, y, z] == FAR
+                if is_alone:
+                    values[i - begin, j, k] = beyond
+                    continue
+                if n == len(out):
+                    longer = np.empty(2 * n, np.int64)
+                    longer[:n] = out
+                    out = longer
+                out[n] = ((i - begin) * ny + j) * nz + k
+                n += 1
+    return out[:n].copy()
 
 
 def _tetrahedra() -> np.ndarray:
@@ -337,10 +458,7 @@ N_BITS = np.array([bin(k).count("1") for k in range(256)], np.int64)
 def marching_tetrahedra(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Triangulate the surface around values (X, Y, Z) above 0, none on a side: vertices (V, 3) in steps, triangles (F, 3)."""
     cut = _cut_edges(values)
-    first = np.zeros(values.size + 1, np.int64)
-    np.cumsum(N_BITS[cut.ravel()], out=first[1:])
-    vertices = _vertices(values, cut, first)
-    return vertices, _triangles(values, cut, first)
+    return _vertices(values, cut, 0), _triangles(values > 0, cut)
 
 
 @njit(cache=True, nogil=True)
@@ -360,16 +478,15 @@ def _cut_edges(values: np.ndarray) -> np.ndarray:
 
 
 @njit(cache=True, nogil=True)
-def _vertices(values: np.ndarray, cut: np.ndarray, first: np.ndarray) -> np.ndarray:
-    """Return the position of the vertex on every edge that is cut, where the interpolated value is 0."""
+def _vertices(values: np.ndarray, cut: np.ndarray, begin: int) -> np.ndarray:
+    """Return the vertex on every edge that is cut, where the interpolated value is 0; the first plane has the number `begin`."""
     nx, ny, nz = values.shape
-    vertices = np.empty((first[-1], 3))
+    vertices, row = np.empty((_row_starts(cut)[1], 3)), 0
     for i in range(nx):
         for j in range(ny):
             for k in range(nz):
                 if cut[i, j, k] == 0:
                     continue
-                row = first[(i * ny + j) * nz + k]
                 for d in range(1, 8):
                     if cut[i, j, k] >> (d - 1) & 1:
                         a, b = d & 1, d >> 1 & 1
@@ -377,25 +494,54 @@ def _vertices(values: np.ndarray, cut: np.ndarray, first: np.ndarray) -> np.ndar
                         value, neighbour = values[i, j, k], values[i + a, j + b, k + c]
                         # Kept from the ends, where several edges meet: vertices in one place would make triangles without area
                         t = min(max(value / (value - neighbour), MIN_SHARE_OF_EDGE), 1 - MIN_SHARE_OF_EDGE)
-                        vertices[row, 0], vertices[row, 1], vertices[row, 2] = i + t * a, j + t * b, k + t * c
+                        vertices[row, 0], vertices[row, 1], vertices[row, 2] = (
+                            begin + i + t * a,
+                            j + t * b,
+                            k + t * c,
+                        )
                         row += 1
     return vertices
 
 
 @njit(cache=True, nogil=True)
-def _triangles(values: np.ndarray, cut: np.ndarray, first: np.ndarray) -> np.ndarray:
-    """Return the vertices of all triangles; a first pass counts them, a second stores them."""
-    nx, ny, nz = values.shape
+def _row_starts(cut: np.ndarray) -> tuple[np.ndarray, int]:
+    """Return the first vertex of each row of the grid, (X, Y) int64, and the number of all."""
+    nx, ny, nz = cut.shape
+    start, n = np.empty((nx, ny), np.int64), 0
+    for i in range(nx):
+        for j in range(ny):
+            start[i, j] = n
+            for k in range(nz):
+                n += N_BITS[cut[i, j, k]]
+    return start, n
+
+
+@njit(cache=True, nogil=True)
+def _triangles(inside_at: np.ndarray, cut: np.ndarray) -> np.ndarray:
+    """Return the vertices of all triangles; a first pass counts them, a second stores them.
+
+    The first vertices of the corners of a cube are counted along the four rows that its row of cubes lies between.
+    """
+    nx, ny, nz = cut.shape
+    start, _ = _row_starts(cut)
     triangles = np.empty((0, 3), np.int64)
+    first = np.empty((2, 2, 2), np.int64)
     for store in range(2):
         n = 0
         for i in range(nx - 1):
             for j in range(ny - 1):
+                for p in range(2):
+                    for q in range(2):
+                        first[p, q, 1] = start[i + p, j + q]
                 for k in range(nz - 1):
                     inside = 0
                     for c in range(8):
-                        if values[i + (c & 1), j + (c >> 1 & 1), k + (c >> 2)] > 0:
+                        if inside_at[i + (c & 1), j + (c >> 1 & 1), k + (c >> 2)]:
                             inside |= 1 << c
+                    for p in range(2):
+                        for q in range(2):
+                            first[p, q, 0] = first[p, q, 1]
+                            first[p, q, 1] += N_BITS[cut[i + p, j + q, k]]
                     if inside == 0 or inside == 255:
                         continue
                     for t in range(6):
@@ -410,9 +556,9 @@ def _triangles(values: np.ndarray, cut: np.ndarray, first: np.ndarray) -> np.nda
                                         TETRAHEDRA[t, CROSSED[mask, f, e, 1]],
                                     )
                                     low, bit = a & b, (a ^ b) - 1  # one corner's bits include the other's
-                                    x, y, z = i + (low & 1), j + (low >> 1 & 1), k + (low >> 2)
-                                    before = cut[x, y, z] & ((1 << bit) - 1)
-                                    triangles[n + f, e] = first[(x * ny + y) * nz + z] + N_BITS[before]
+                                    p, q, r = low & 1, low >> 1 & 1, low >> 2
+                                    before = cut[i + p, j + q, k + r] & ((1 << bit) - 1)
+                                    triangles[n + f, e] = first[p, q, r] + N_BITS[before]
                         n += N_CROSSED[mask]
         if not store:
             triangles = np.empty((n, 3), np.int64)

@@ -42,7 +42,7 @@ def coarsened(mesh: Mesh, density: float) -> Mesh:
     """Collapse the short edges of a closed mesh until about `density` vertices per Å^2 are left, where no triangle folds."""
     length = math.sqrt(EDGES_PER_AREA / density)
     points, normals = on_steps(mesh.vertices.points), on_steps(mesh.vertices.normals)
-    origin = np.array(mesh.triangles, np.int64).ravel()
+    origin = np.array(mesh.triangles, np.int32).ravel()
     dead = _collapse_short(points, normals, origin, twins(origin, len(points)), length * np.array(PASSES))
     kept, corners = np.unique(origin.reshape(-1, 3)[~dead], return_inverse=True)
     vertices = mesh.vertices.take(kept)
