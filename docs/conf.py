@@ -7,6 +7,7 @@ from pathlib import Path
 
 from docutils import nodes
 from docutils.utils.math.latex2mathml import tex2mathml
+from pygments.lexers.special import TextLexer
 from sphinx.util.logging import getLogger
 from sphinx_gallery.sorting import ExplicitOrder
 
@@ -109,7 +110,11 @@ def _write_pages(app):
 
 
 def setup(app):
-    """Formulas as MathML, which browsers draw without a script; what pages hold for the book alone."""
+    """Formulas as MathML, which browsers draw without a script; what pages hold for the book alone.
+
+    Drawings in Mermaid, which GitHub shows, are text in the book.
+    """
+    app.add_lexer("mermaid", TextLexer)
     app.add_html_math_renderer("mathml", inline_renderers=_formula(False), block_renderers=_formula(True))
     app.connect("builder-inited", _write_pages)
     app.connect("source-read", _uncover)

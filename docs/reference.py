@@ -5,6 +5,9 @@ stand only in the book.
 """
 
 import re
+import subprocess
+import sys
+import tempfile
 import textwrap
 from argparse import Action
 from collections.abc import Iterator
@@ -87,7 +90,10 @@ def columns() -> Iterator[str]:
         yield "\n"
 
 
-ODD_FILES = Path(__file__).parent.parent / "tests" / "library" / "odd_files.yaml"
+ROOT = Path(__file__).parent.parent
+ODD_FILES = ROOT / "tests" / "library" / "odd_files.yaml"
+# Of one structure: all of its rules are known before any of them runs
+DRAWN_STUDY = "proteins: {p: {structure: data/tdp43/topology.pdb}}"
 
 
 def odd_files(outcome: str) -> Iterator[str]:
@@ -97,6 +103,28 @@ def odd_files(outcome: str) -> Iterator[str]:
     for cells in yaml.safe_load(ODD_FILES.read_text(encoding="utf-8"))[outcome]:
         file, does, case = (cell.replace("|", "\\|") for cell in cells)
         yield f"| {file} | {does} | `{case}` |\n"
+
+
+def rules() -> Iterator[str]:
+    """Draw the rules of a study of one structure, as Snakemake has them; edges that follow from others are left out."""
+    options = "--snakefile Snakefile --workflow-profile none --cores 1 --rulegraph mermaid-js --configfile"
+    with tempfile.NamedTemporaryFile("w", suffix=".yaml") as config:
+        print(DRAWN_STUDY, file=config, flush=True)
+        command = [sys.executable, "-m", "snakemake", *options.split(), config.name]
+        done = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True)
+    names = dict(re.findall(r"(id\d+)\[(\w+)\]", done.stdout))
+    after: dict[str, set[str]] = {name: set() for name in sorted(names.values())}
+    for before, rule in re.findall(r"(id\d+) --> (id\d+)", done.stdout):
+        after[names[before]].add(names[rule])
+
+    def below(name: str) -> set[str]:
+        return {name}.union(*map(below, after[name]))
+
+    yield "```mermaid\nflowchart TB\n"
+    for name, followers in after.items():
+        through = set[str]().union(*(below(other) - {other} for other in followers))
+        yield from (f"    {name} --> {other}\n" for other in sorted(followers - through))
+    yield "```\n"
 
 
 def formats() -> Iterator[str]:
@@ -115,7 +143,7 @@ def renewed(text: str) -> str:
     )
 
 
-PARTS = {"outputs": outputs, "odd_files": odd_files}
+PARTS = {"outputs": outputs, "odd_files": odd_files, "rules": rules}
 
 
 def commands_and_formats() -> str:

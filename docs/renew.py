@@ -1,4 +1,4 @@
-"""Renew what the pages take from elsewhere: numbers of evidence/tables, and the lists of outputs and of odd files.
+"""Renew what pages take from elsewhere: numbers of evidence/tables, lists of outputs and odd files, the drawing of the rules.
 
 The captions of Snakemake's report are files, as it reads nothing else; they are renewed from the catalogue of outputs as well.
 """
@@ -14,6 +14,7 @@ ROOT = Path(__file__).parent.parent
 PAGES = sorted(
     [
         ROOT / "README.md",
+        ROOT / "CONTRIBUTING.md",
         ROOT / "evidence" / "README.md",
         ROOT / "results" / "README.md",
         *ROOT.glob("docs/*.md"),

@@ -36,6 +36,7 @@ COPIED = (
     "results/README.md",
     "config.yaml",
     "Snakefile",
+    "CONTRIBUTING.md",
 )
 LINKED = ("data", "envs", "profiles", "studies", "pyproject.toml", "evidence", "README.md", "CHANGELOG.md")
 STRUCTURE = ("ALA", "LEU", "LYS", "GLY", "SER", "VAL")
@@ -56,7 +57,7 @@ def copy_tree(folder):
         extra = (
             {"ignore": shutil.ignore_patterns("_build", "_gallery", "baseline", "corpus")}
             if copy is shutil.copytree
-            else {}
+            else {"follow_symlinks": False}
         )
         copy(ROOT / name, folder / name, **extra)
     for name in LINKED:
