@@ -88,17 +88,17 @@ setup: $(INSTALLED) $(KERNELS) $(EXTRA)
 
 # exec: a signal to what make has started reaches the study, as no shell stands between
 run: setup
-	@exec $(BIN)/python scripts/study.py "$(CONFIG)" $(WHERE)
+	@exec $(BIN)/python -m sparsurf_study run "$(CONFIG)" $(WHERE)
 
 paper: setup
 	@echo "From nothing, make paper takes 5 minutes of CPU time, about 3 minutes on two idle cores."
-	@exec $(BIN)/python scripts/study.py studies/paper.yaml $(WHERE)
+	@exec $(BIN)/python -m sparsurf_study run studies/paper.yaml $(WHERE)
 
 compare: setup
-	@exec $(BIN)/python scripts/study.py "$(CONFIG)" $(WHERE) compare
+	@exec $(BIN)/python -m sparsurf_study run "$(CONFIG)" $(WHERE) compare
 
 check: setup
-	@$(BIN)/python scripts/check_run.py "$(CONFIG)"
+	@$(BIN)/python -m sparsurf_study check "$(CONFIG)"
 
 setup-test: setup $(FOR_TEST)
 

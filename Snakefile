@@ -9,6 +9,7 @@
 
 import os
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 
 from snakemake.utils import min_version
@@ -16,16 +17,30 @@ from snakemake.utils import min_version
 min_version("9.0")
 
 # A clone runs its own code. Loaded from a hosted repository, the rules run the installed package, of the same version.
-HOME = Path(workflow.current_basedir) if isinstance(workflow.current_basedir, os.PathLike) else None
-if HOME:
+IS_CLONE = isinstance(workflow.current_basedir, os.PathLike)
+if IS_CLONE:
+    HOME = Path(workflow.current_basedir)
     sys.path.insert(0, str(HOME / "src"))
+    import sparsurf
 
-import sparsurf
+    if not Path(sparsurf.__file__).resolve().is_relative_to((HOME / "src").resolve()):
+        # an installed one, which the logger plugin has imported: rules, study and library must be of one version
+        for name in [
+            name for name in sys.modules if name.partition(".")[0] in ("sparsurf", "sparsurf_study")
+        ]:
+            del sys.modules[name]
+else:
+    wanted = Path(workflow.source_path("src/sparsurf/version.py")).read_text().split('"')[-2]
+    missing = [name for name in ("sparsurf", "sparsurf_study", "matplotlib", "psutil") if not find_spec(name)]
+    installed = f"lacks {missing[0]}" if missing else f"has {__import__('sparsurf').__version__}"
+    if installed != f"has {wanted}":
+        raise SystemExit(
+            f"\nThese rules need sparsurf {wanted} with the extra `study`, but the environment of Snakemake {installed}: "
+            f"run pip install 'sparsurf[study]=={wanted}' there.\n"
+        )
+    import sparsurf_study
 
-if HOME and not Path(sparsurf.__file__).resolve().is_relative_to((HOME / "src").resolve()):
-    # an installed one, which the logger plugin has imported: rules, study and library must be of one version
-    for name in [name for name in sys.modules if name.partition(".")[0] in ("sparsurf", "sparsurf_study")]:
-        del sys.modules[name]
+    HOME = Path(sparsurf_study.__file__).parent  # with the default study, as in a clone
 
 
 include: "rules/common.smk"
@@ -66,7 +81,7 @@ onerror:
 
 rule complete_protein:  # one job for each, so that a failure does not stop the others
     input:
-        lambda wildcards: ends_of_protein(wildcards.protein),
+        ends_of_protein,
     output:
         touch("results/{run}/{protein}/.complete"),
 
@@ -84,8 +99,8 @@ rule fetch_structure:
     conda:
         "envs/study.yaml"
     params:
-        url=lambda wildcards: PROTEINS[wildcards.protein].source,
-        sha256=lambda wildcards: PROTEINS[wildcards.protein].sha256,
+        url=of_protein("source"),
+        sha256=of_protein("sha256"),
     message:
         "Fetching {wildcards.protein}"
     script:
@@ -119,8 +134,8 @@ checkpoint choose_frames:
     params:
         frames=config["frames"],
         seed=config["seed"],
-        molecule_options=lambda wildcards: PROTEINS[wildcards.protein].molecule_options,
-        inputs=lambda wildcards: stamps_of(molecule_files(wildcards).values()),
+        molecule_options=of_protein("molecule_options"),
+        inputs=stamps_of(molecule_files),
         code=CODE["numbers"],
     message:
         "Choosing the conformations of {wildcards.protein}"
@@ -184,7 +199,7 @@ rule compute_surface:
 
 rule read_surface:
     input:
-        surface=lambda wildcards: PROTEINS[wildcards.protein].surface,
+        surface=of_protein("surface"),
     output:
         surface="results/{run}/{protein}/{conformation}/surface.npz",
     log:
@@ -197,7 +212,7 @@ rule read_surface:
     resources:
         mem_mb=lambda wildcards, input, attempt: attempt * (1000 + 50 * input.size_mb),
     params:
-        inputs=lambda wildcards: stamps_of([PROTEINS[wildcards.protein].surface]),
+        inputs=stamps_of(of_protein("surface")),
         code=CODE["numbers"],
     message:
         "Reading the surface of {wildcards.protein}"
@@ -273,7 +288,7 @@ rule measure_floors:
         sampling=part_of("sampling", *RULES_OF_SAMPLING),
         evaluation=part_of("evaluation", "test_dots"),
         seed=config["seed"],
-        molecule_options=lambda wildcards: PROTEINS[wildcards.protein].molecule_options,
+        molecule_options=of_protein("molecule_options"),
         code=CODE["numbers"],
     message:
         "Noise floor of {wildcards.protein}/{wildcards.conformation}"
@@ -292,7 +307,7 @@ rule select_minimal_subset:
         roughness="results/{run}/{protein}/{conformation}/roughness.csv",
         ranges=ranges_of_paper_sampler,
         structure=structure_of_conformation,
-        table=lambda wildcards: PROTEINS[wildcards.protein].table or [],
+        table=table_of_protein,
     output:
         table="results/{run}/{protein}/{conformation}/minimal.csv",
         ply="results/{run}/{protein}/{conformation}/minimal.ply",
@@ -315,7 +330,7 @@ rule select_minimal_subset:
         minimal=config["minimal"],
         fields=config["fields"],
         seed=config["seed"],
-        inputs=lambda wildcards: stamps_of([PROTEINS[wildcards.protein].table]),
+        inputs=stamps_of(of_protein("table")),
         code=CODE["numbers"],
     message:
         "Minimal subset of {wildcards.protein}/{wildcards.conformation}"

@@ -19,7 +19,8 @@ INTRODUCTION = """\
 This page lists every key of a config, the YAML file that describes a study.
 [Start](../start.md#your-own-protein) shows how to run your own study, and `config.yaml` is the default study.
 A config needs only `proteins` or `pairs`, and each key that is left out takes its default.
-A config without both changes single keys of the default study. Paths start at the repository.
+A config without both changes single keys of the default study.
+Relative paths start at the repository, or at the folder of a deployed workflow.
 `<name>` is a name that you choose.
 
 - [The method](../method.md) explains the terms patch, island, roughness, combination, descriptor, Z, d, test dot and reading.

@@ -46,7 +46,7 @@ rule analyse_batch:
         minimal=config["minimal"],
         fields=config["fields"],
         seed=config["seed"],
-        inputs=lambda wildcards: stamps_of(files_of_batch(wildcards)),
+        inputs=stamps_of(files_of_batch),
         code=CODE["numbers"],
     message:
         "Batch {wildcards.batch} of structures"

@@ -1,9 +1,14 @@
 # Two forms of a protein that are compared residue by residue, for each entry of `changes`.
 
 
+def names_of_forms(wildcards):
+    """Names of two forms that are compared."""
+    return CHANGES[wildcards.comparison]
+
+
 def compared_forms(wildcards):
     """Surfaces and structures of two forms that are compared; the tables of the names that there are if one of them is absent."""
-    forms = CHANGES[wildcards.comparison]
+    forms = names_of_forms(wildcards)
     folders = [folder_of(form) for form in forms]
     absent = [(n, form.partition("/")[0]) for n, form in enumerate(forms, 1) if not folders[n - 1]]
     if absent:
@@ -28,7 +33,7 @@ rule compare_forms:
         "../envs/study.yaml"
     threads: 8
     params:
-        forms=lambda wildcards: CHANGES[wildcards.comparison],
+        forms=names_of_forms,
         surface=config["surface"],
         d_link=config["patches"]["d_link"],
         seed=config["seed"],
@@ -54,7 +59,7 @@ rule draw_changes:
     resources:
         mem_mb=lambda wildcards, attempt: attempt * 1000,
     params:
-        forms=lambda wildcards: CHANGES[wildcards.comparison],
+        forms=names_of_forms,
         surface=part_of("surface", "probe_radius", "radii", "cavities"),
         patches=config["patches"],
         sampling=part_of("sampling", *RULES_OF_SAMPLING),

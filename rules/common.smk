@@ -22,13 +22,13 @@ from sparsurf_study.workflow.slurm import guard_slurm
 from sparsurf_study.workflow.stopping import end_jobs_on_sigterm
 
 # Before anything else: every process that Snakemake starts from here on inherits the path
-let_jobs_import_packages()
+let_jobs_import_packages(IS_CLONE)
 
 
 PREFIX = workflow.modifier.path_modifier.prefix or ""  # of a workflow that imports this one, for its paths
 HERE = workflow.is_main_process and workflow.resource_settings.nodes is None  # jobs do not run on a cluster
 try:
-    config = check_config(config, workflow.configfiles, HOME or Path(), HERE)
+    config = check_config(config, workflow.configfiles, HOME, HERE)
 except ValueError as error:
     raise SystemExit(f"\n{error}\n") from None  # a traceback of Snakemake would hide the sentence
 if PREFIX:  # Snakemake also puts it before inputs, but the files of the user lie where the config says
@@ -58,7 +58,7 @@ RULES_OF_SAMPLING = ("distance_from_moved_centre", "chance_in_every_patch")
 LENGTHS_OF_GLOSSARY = {key: config["patches"][key] for key in ("r_patch", "r_zernike")}
 LENGTHS_OF_GLOSSARY["interface"] = config["complementarity"]["interface"]
 # What the first page names; no parameter of its rule, since no result follows from it
-config["origin"] = astuple(origin_of(config, workflow.configfiles))
+config["origin"] = astuple(origin_of(config, workflow.configfiles, IS_CLONE))
 RUN = Path(PREFIX, "results", config["run"])
 BEGIN = time.time()
 CODE = versions_of_code()
@@ -97,13 +97,25 @@ def part_of(section, *keys):
     return {key: config[section][key] for key in keys}
 
 
-def stamps_of(files):
-    """Sizes and dates of the files of the user among some inputs, by path: Snakemake does not see an older file in place of another."""
+def of_protein(key):
+    """Input function or parameter: what the config says about the protein of a job."""
+    return lambda wildcards: getattr(PROTEINS[wildcards.protein], key)
+
+
+def stamps_of(input_function):
+    """Parameter: sizes and dates of the files of the user among some inputs, by path.
+
+    Snakemake does not see an older file in place of another.
+    """
+
+    def stamps(wildcards):
+        files = input_function(wildcards) or []
+        paths = [files] if isinstance(files, str) else files.values() if isinstance(files, dict) else files
+        found = {path: os.stat(path) for path in paths if not path.startswith(ours) and os.path.exists(path)}
+        return {path: [status.st_size, status.st_mtime_ns] for path, status in found.items()}
+
     ours = f"results/{config['run']}/"
-    found = {
-        path: os.stat(path) for path in files if path and not path.startswith(ours) and os.path.exists(path)
-    }
-    return {path: [status.st_size, status.st_mtime_ns] for path, status in found.items()}
+    return stamps
 
 
 def changed_results(wildcards):
@@ -129,7 +141,7 @@ def begin_run():
         guard_slurm()
     for name, state in CHANGED:
         print(f"{RUN / name} is {state}: it is computed again.", file=sys.stderr, flush=True)
-    path_to_config = Path(*workflow.configfiles[:1] or [(HOME or Path()) / "config.yaml"]).resolve()
+    path_to_config = Path(*workflow.configfiles[:1] or [HOME / "config.yaml"]).resolve()
     try:
         shutil.rmtree(RUN / ".ledger", ignore_errors=True)  # records of version 5
         if replaced := note_config(RUN, path_to_config):
@@ -218,6 +230,11 @@ def molecule_files(wildcards):
     return {"structure": structure_file(wildcards)} | ({"trajectory": trajectory} if trajectory else {})
 
 
+def table_of_protein(wildcards):
+    """The table with values of the residues of a protein; empty if it has none."""
+    return PROTEINS[wildcards.protein].table or []
+
+
 def structure_of_conformation(wildcards):
     """The structure of a conformation; empty for a ready surface."""
     if wildcards.protein in READY_SURFACES:
@@ -277,8 +294,9 @@ def ends_before_frames(wildcards):
     return ends
 
 
-def ends_of_protein(protein):
+def ends_of_protein(wildcards):
     """An output of each rule of a protein and of its conformations."""
+    protein = wildcards.protein
     of_conformations = catalogue.requested("<protein>/<conformation>", conditions_of_protein(protein))
     ends = paths(first_of_each_rule(outputs_of_protein(protein)), protein=protein)
     for conformation in conformations(protein):

@@ -2,10 +2,13 @@
 
 
 scattergather:
-    frames=config["ensemble"]["jobs"],
+    frames=1,  # jobs among which the frames are divided: `--set-scatter frames=100`
 
 
-rule follow_frames:  # a part of the frames; one job takes them all unless ensemble.jobs says otherwise
+N_PARTS = len(gather.frames("{scatteritem}"))
+
+
+rule follow_frames:
     input:
         unpack(molecule_files),
     output:
@@ -20,7 +23,7 @@ rule follow_frames:  # a part of the frames; one job takes them all unless ensem
     resources:
         mem_mb=lambda wildcards, input, attempt: attempt * (1000 + 40 * input.size_mb),
         runtime=lambda wildcards, input, attempt: attempt
-        * (10 + 4 * input.size_mb / config["ensemble"]["stride"] / config["ensemble"]["jobs"]),
+        * (10 + 4 * input.size_mb / config["ensemble"]["stride"] / N_PARTS),
     params:
         surface=config["surface"],
         patches=config["patches"],
@@ -28,8 +31,8 @@ rule follow_frames:  # a part of the frames; one job takes them all unless ensem
         evaluation=part_of("evaluation", "readings"),
         ensemble=part_of("ensemble", "combination", "test_dots", "stride"),
         seed=config["seed"],
-        molecule_options=lambda wildcards: PROTEINS[wildcards.protein].molecule_options,
-        inputs=lambda wildcards: stamps_of(molecule_files(wildcards).values()),
+        molecule_options=of_protein("molecule_options"),
+        inputs=stamps_of(molecule_files),
         code=CODE["numbers"],
     message:
         "n_S and d of one combination over the frames of {wildcards.protein}, part {wildcards.scatteritem}"
@@ -52,8 +55,8 @@ rule follow_ensemble:
     conda:
         "../envs/study.yaml"
     params:
-        molecule_options=lambda wildcards: PROTEINS[wildcards.protein].molecule_options,
-        inputs=lambda wildcards: stamps_of(molecule_files(wildcards).values()),
+        molecule_options=of_protein("molecule_options"),
+        inputs=stamps_of(molecule_files),
         code=CODE["numbers"],
     message:
         "All frames of {wildcards.protein} in one table"

@@ -1,15 +1,21 @@
 # Pairs: how well the patches of both partners match, for each entry of `pairs`.
 
 
-def files_of_pair(pair):
+def entry_of_pair(wildcards):
+    """Entry of a pair in the config, with the order of its partners, which Snakemake does not see."""
+    return PAIRS[wildcards.pair]
+
+
+def files_of_pair(wildcards):
     """Files of a pair that is given by structures: one of each partner, or one of both."""
-    return PAIRS[pair].get("files") or [PAIRS[pair]["complex"]]
+    pair = entry_of_pair(wildcards)
+    return pair.get("files") or [pair["complex"]]
 
 
 def partner_files(wildcards):
     """Surfaces of both partners of a pair, and their structures where they have atoms."""
     own = f"results/{wildcards.run}/pairs/{wildcards.pair}"
-    proteins_of_pair = PAIRS[wildcards.pair].get("proteins")
+    proteins_of_pair = entry_of_pair(wildcards).get("proteins")
     if not proteins_of_pair:
         return {
             f"{kind}_{n}": f"{own}/{kind}_{n}.{end}" for kind, end in SURFACE_AND_STRUCTURE for n in (1, 2)
@@ -24,7 +30,7 @@ def partner_files(wildcards):
 
 rule compute_partner_surfaces:
     input:
-        files=lambda wildcards: files_of_pair(wildcards.pair),
+        files=files_of_pair,
     output:
         surface_1="results/{run}/pairs/{pair}/surface_1.npz",
         surface_2="results/{run}/pairs/{pair}/surface_2.npz",
@@ -36,10 +42,10 @@ rule compute_partner_surfaces:
     conda:
         "../envs/study.yaml"
     params:
-        pair=lambda wildcards: PAIRS[wildcards.pair],  # Snakemake does not see another order of its files
+        pair=entry_of_pair,
         surface=config["surface"],
         d_link=config["patches"]["d_link"],
-        inputs=lambda wildcards: stamps_of(files_of_pair(wildcards.pair)),
+        inputs=stamps_of(files_of_pair),
         code=CODE["numbers"],
     message:
         "Surfaces of both partners of {wildcards.pair}"
@@ -63,7 +69,7 @@ rule match_partners:
         "../envs/study.yaml"
     threads: 8
     params:
-        pair=lambda wildcards: PAIRS[wildcards.pair],  # Snakemake does not see another order of its proteins
+        pair=entry_of_pair,
         patches=config["patches"],
         centres=config["complementarity"]["centres"],
         smoothing=config["complementarity"]["smoothing"],

@@ -24,10 +24,10 @@ rule prepare_system:  # hydrogens, a box of water, ions
     conda:
         "../envs/study.yaml"
     params:
-        simulate=lambda wildcards: PROTEINS[wildcards.protein].simulate,
-        structure_options=lambda wildcards: PROTEINS[wildcards.protein].file_options,
+        simulate=of_protein("simulate"),
+        structure_options=of_protein("file_options"),
         seed=config["seed"],
-        inputs=lambda wildcards: stamps_of([structure_file(wildcards)]),
+        inputs=stamps_of(structure_file),
         code=CODE["simulation"],
     message:
         "Putting {wildcards.protein} into water"
@@ -53,7 +53,7 @@ rule simulate_stage:  # minimise, nvt, npt, production: each begins where the on
         runtime=lambda wildcards, attempt: attempt
         * (60 + 600 * PROTEINS[wildcards.protein].simulate.get("ns", 1)),
     params:
-        simulate=lambda wildcards: PROTEINS[wildcards.protein].simulate,
+        simulate=of_protein("simulate"),
         stage="{stage}",
         unfinished="results/{run}/{protein}/simulation/.running/{stage}",  # survives a killed job: checkpoints
         seed=config["seed"],
@@ -105,7 +105,7 @@ rule judge_simulation:
     conda:
         "../envs/study.yaml"
     params:
-        simulate=lambda wildcards: PROTEINS[wildcards.protein].simulate,
+        simulate=of_protein("simulate"),
         code=CODE["pages"],
     message:
         "Quality of the simulation of {wildcards.protein}"

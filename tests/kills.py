@@ -140,7 +140,7 @@ def run(
 
 def study(name: str, *options: str) -> list:
     """Return the command of a study of a checkout, as `make run` calls it."""
-    return ["scripts/study.py", f"{name}.yaml", "--cores", "2", *options]
+    return ["-m", "sparsurf_study", "run", f"{name}.yaml", "--cores", "2", *options]
 
 
 def content(folder: Path) -> dict[str, bytes]:

@@ -37,6 +37,7 @@ SETTINGS = {
     "evaluation": {"test_dots": 20, "draws": 2},
     "fields": ["hydropathy"],
 }
+PARTS = ["--set-scatter=frames=2"]  # of the frames of an ensemble
 EMBEDDED = {"structure": "data/tdp43/topology.pdb", "trajectory": "data/tdp43/trajectory.xtc"}
 
 
@@ -81,7 +82,7 @@ def write_study(folder, address="http://127.0.0.1:1"):
         "paper": "ready",
         "fields": ["hydropathy", "mean_curvature", "hbond", "score"],
         "compare": {"run": True, "percents": [20, 40], "samplers": ["paper", "uniform", "farthest"]},
-        "ensemble": {"run": True, "jobs": 2, "test_dots": 20, "stride": 500},
+        "ensemble": {"run": True, "test_dots": 20, "stride": 500},
         "complementarity": {"centres": "all"},
     }
 
@@ -123,7 +124,7 @@ def command(folder, config, *options, root=ROOT, python=sys.executable):
     folder.mkdir(exist_ok=True)
     (folder / "config.yaml").write_text(yaml.safe_dump(config, sort_keys=False))
     where = ["--snakefile", root / "Snakefile", "--directory", folder, "--configfile", folder / "config.yaml"]
-    return [python, "-m", "snakemake", *map(str, where), "--cores", "2", *options]
+    return [python, "-m", "snakemake", *map(str, where), "--cores", "2", *PARTS, *options]
 
 
 def run_script(name, folder, inputs, outputs, params=(), **wildcards):
@@ -183,7 +184,7 @@ def planned_jobs(folder, config, *options, all_jobs=False, edited=(), asks=False
     With `all_jobs` all of the study, where at least one is planned; `edited` are files below src/, as if each had a line more.
     With `asks`, a job says which cores, memory and time it asks for.
     """
-    quiet = ["--cores", "2", "--dry-run", "--nolock", "--quiet", "host", "reason"]
+    quiet = ["--cores", "2", *PARTS, "--dry-run", "--nolock", "--quiet", "host", "reason"]
     warm_python.import_snakemake()  # once for all dry runs, which are forks of this process
     with tempfile.TemporaryDirectory() as own:  # not in the folder, which others copy
         path, log, listed = (Path(own, f"planned.{suffix}") for suffix in ("yaml", "log", "jobs"))

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 import yaml
 
+import sparsurf
 from conftest import ROOT
 from sparsurf_study.config.models import Config
 
@@ -36,10 +37,12 @@ NAMES_IN_SEVERAL_MODULES = {
 }
 
 
-def test_conda_and_pip_name_the_same_versions():
+def test_conda_and_pip_name_the_same_versions_and_the_package_of_these_rules():
     text = (ROOT / "envs" / "requirements.txt").read_text()
     lock = set(re.findall(r"^([a-z0-9_.-]+==[0-9]+\.[0-9]+(?:\.[0-9]+)?)", text, re.M))
-    for line in yaml.safe_load((ROOT / "envs" / "study.yaml").read_text())["dependencies"]:
+    *lines, pip = yaml.safe_load((ROOT / "envs" / "study.yaml").read_text())["dependencies"]
+    assert pip == {"pip": [f"sparsurf=={sparsurf.__version__}"]} and lines.pop() == "pip"
+    for line in lines:
         name, version = line.split("=", 1)
         if name != "python":
             assert f"{'tables' if name == 'pytables' else name}=={version}" in lock, line

@@ -59,10 +59,11 @@ def build_wheel(project, folder, **variables):
 
 
 def environment_with(wheel, folder):
-    """Python of an environment that holds the wheel, and only sees the packages that it depends on."""
+    """Python of an environment that holds the wheel, if there is one, and only sees the packages that it depends on."""
     venv.create(folder, with_pip=False)
     python = folder / "bin" / "python"
-    install(python, wheel)
+    if wheel:
+        install(python, wheel)
     own = next(folder.glob("lib/python*/site-packages"))
     (own / "dependencies.pth").write_text(sysconfig.get_paths()["purelib"])
     return python
@@ -95,16 +96,16 @@ def installed(wheel, tmp_path_factory):
     return environment_with(wheel, tmp_path_factory.mktemp("environment")).parent
 
 
-def test_the_wheel_holds_the_library_and_its_data(wheel):
+def test_the_wheel_holds_library_study_and_their_data(wheel):
     names = set(zipfile.ZipFile(wheel).namelist())
-    library = ROOT / "src" / "sparsurf"
-    files = {path for path in library.rglob("*") if path.is_file() and "__pycache__" not in path.parts}
-    assert {str(path.relative_to(library.parent)) for path in files} <= names
-    assert {name.partition("/")[0] for name in names} == {
-        "sparsurf",
-        f"sparsurf-{sparsurf.__version__}.dist-info",
+    sources = ROOT / "src"
+    files = {path for path in sources.rglob("*") if path.is_file() and "__pycache__" not in path.parts}
+    assert {str(path.relative_to(sources)) for path in files} <= names
+    packages = {"snakemake_logger_plugin_sparsurf", "sparsurf", "sparsurf_study"}
+    assert {name.partition("/")[0] for name in names} == packages | {
+        f"sparsurf-{sparsurf.__version__}.dist-info"
     }
-    assert wheel.stat().st_size < 1_000_000
+    assert wheel.stat().st_size < 5_000_000  # of which the trajectory of the default study takes 3.6 MB
     assert wheel.name == f"sparsurf-{sparsurf.__version__}-py3-none-any.whl"
 
 
@@ -134,7 +135,9 @@ def project(tmp_path):
     """A copy of what a wheel is built from, in which `compile_kernels` compiles one small kernel alone."""
     folder = tmp_path / "project"
     ignored = shutil.ignore_patterns("__pycache__")
-    shutil.copytree(ROOT / "src" / "sparsurf", folder / "src" / "sparsurf", ignore=ignored)
+    shutil.copytree(ROOT / "src", folder / "src", ignore=ignored)
+    for name in ("config", "data", "studies"):
+        (folder / name).symlink_to(ROOT / name)
     for name in ("pyproject.toml", "hatch_build.py", "README.md", "LICENSE"):
         shutil.copy(ROOT / name, folder)
     (folder / "src" / "sparsurf" / "compile_kernels.py").write_text(USE_KERNEL)

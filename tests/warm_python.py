@@ -1,8 +1,8 @@
 """A Python that has imported the library, numba's kernels and Snakemake already: each process is a fork of it.
 
 `interpreter()` returns the path of a command that takes the arguments of Python. Snakemake runs the script of a rule with
-`sys.executable`; where that is this command, the script starts within milliseconds. What is neither a script, `-m snakemake`
-nor `-m sparsurf_study.debug` is handed to the usual Python.
+`sys.executable`; where that is this command, the script starts within milliseconds. What is neither a script, `-m snakemake`,
+`-m sparsurf_study` nor `-m sparsurf_study.debug` is handed to the usual Python.
 """
 
 import atexit
@@ -36,7 +36,8 @@ COMPILED = "compiled"  # what such a file says of a kernel that the script compi
 CLIENT = """
 import json, os, socket, sys
 python, address, *arguments = sys.argv[1:]
-if arguments[:1] == ["-m"] and arguments[1] not in ("snakemake", "sparsurf_study.debug") or arguments[:1] == ["-c"]:
+warm = "snakemake", "sparsurf_study", "sparsurf_study.debug"
+if arguments[:1] == ["-m"] and arguments[1] not in warm or arguments[:1] == ["-c"]:
     os.execv(python, [python, *arguments])
 server = socket.socket(socket.AF_UNIX)
 server.connect(address)

@@ -1,4 +1,4 @@
-"""The study of Grassmann et al.: grid, tables, pages and workflow, on top of the library `sparsurf`; not in the wheel."""
+"""The study of Grassmann et al.: grid, tables, pages and workflow, on top of the library `sparsurf`."""
 
 import os
 

@@ -9,7 +9,6 @@ from sparsurf.settings import (
     INTEGER,
     NUMBER_TYPES,
     CombinationSetting,
-    Count,
     Positive,
     Section,
     TestDots,
@@ -44,9 +43,6 @@ class Ensemble(Section):
     )
     test_dots: TestDots = key(200, "Number of test dots of each frame; published: one for every 200 dots.")
     stride: Positive = key(1, "Evaluate every n-th frame of the file, independently of frames.stride.")
-    jobs: Count = key(
-        1, "Number of jobs among which the frames are divided; a run that is killed keeps the finished jobs."
-    )
 
 
 class StudySettings(LibrarySettings):

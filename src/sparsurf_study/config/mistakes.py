@@ -37,6 +37,13 @@ ALLOWED = WRONG_TYPES | {
 }
 KIND = re.compile(r"\[|^(bool|str)$")  # in a location of pydantic: not a key, but a kind of value
 NAME_RULE = "cannot name a folder; use at most 100 letters, digits, '_', '-' and '.', and begin with a letter or a digit."
+REMOVED_KEYS = {  # and what to write in their place
+    (
+        "ensemble",
+        "jobs",
+    ): "how a study runs is no part of its config: delete the key, and pass `--set-scatter frames={value}` to "
+    "Snakemake, or write `set-scatter: [frames={value}]` into its profile."
+}
 NAMES_OF_STRUCTURE = ("pdbfile", "pdb_file", "file", "path", "topology", "top", "cif", "mmcif")  # elsewhere
 
 
@@ -57,7 +64,8 @@ def sentences(errors: Iterable[Any]) -> Iterator[str]:
 def _sentence(key: tuple, error: dict) -> str:
     kind, value = error["type"], error["input"]
     if kind == "extra_forbidden":
-        return _unknown_key(key)
+        removed = REMOVED_KEYS.get(key)
+        return f"{_name(key)}: {removed.format(value=_short(value))}" if removed else _unknown_key(key)
     if kind == "missing":
         return f"{_name(key[:-1])} lacks the key {key[-1]!r}."
     if kind == "value_error":

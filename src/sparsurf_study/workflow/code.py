@@ -5,17 +5,18 @@ import importlib.metadata
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from importlib.util import find_spec
+from itertools import chain
 from pathlib import Path
 
 from sparsurf import kinds
 
 SOURCES = Path(__file__).parents[2]
+PACKAGES = ("sparsurf", "sparsurf_study")
 SIMULATION = "sparsurf_study/simulation/"
 PAGES = ("sparsurf/views/", "sparsurf_study/report/")  # no number follows from these
 # Nothing follows from commands, from the frame of jobs and from the names of outputs, which pages have among their parameters
 WITHOUT_RESULTS = (
     "sparsurf/cli/",
-    "snakemake_logger_plugin_sparsurf/",
     "sparsurf_study/workflow/",
     "sparsurf_study/config/",
     "sparsurf_study/manifest.",
@@ -31,7 +32,8 @@ def versions_of_code() -> dict[str, str]:
 
     A simulation takes days: it is not run again for another version of numpy, or for an edit elsewhere.
     """
-    files = [path for path in files_below(SOURCES) if not named(path).startswith(WITHOUT_RESULTS)]
+    sources = chain.from_iterable(files_below(SOURCES / package) for package in PACKAGES)
+    files = [path for path in sources if not named(path).startswith(WITHOUT_RESULTS)]
     further = [*libraries(), *packages()]
     return {
         "simulation": version_of(path for path in files if named(path).startswith(SIMULATION)),

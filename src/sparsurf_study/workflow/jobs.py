@@ -119,13 +119,17 @@ def alone(log: str) -> Iterator[IO[bytes]]:
         yield lock
 
 
-def let_jobs_import_packages() -> None:
-    """Put the packages of this checkout first on the import path of the processes that Snakemake starts."""
+def let_jobs_import_packages(is_clone: bool) -> None:
+    """Put the packages of a clone first on the import path of the processes that Snakemake starts.
+
+    Jobs of a deployed workflow import what is installed in their own environment, which conda may have made.
+    """
     from sparsurf.threads import ignore_numba_threads
 
     ignore_numba_threads()
-    paths = [str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH")]
-    os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, paths))
+    if is_clone:
+        paths = [str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH")]
+        os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, paths))
 
 
 def _sentence(error: BaseException, snakemake: Any) -> str:

@@ -12,7 +12,7 @@ MAX_INPUTS = 50  # files with a checksum; more are only counted
 DEFAULT_CONFIG = "config.yaml"
 
 
-def origin_of(config: Mapping[str, Any], configs: Sequence[Path | str]) -> RunOrigin:
+def origin_of(config: Mapping[str, Any], configs: Sequence[Path | str], is_clone: bool = True) -> RunOrigin:
     """Return the origin of a run with a checked config, the first of the files `configs`; paths start in the working folder."""
     inputs: list[str] = []
     for protein in config["proteins"].values():
@@ -20,8 +20,10 @@ def origin_of(config: Mapping[str, Any], configs: Sequence[Path | str]) -> RunOr
     for pair in config["pairs"].values():
         inputs += [*([pair["complex"]] if pair.get("complex") else []), *(pair.get("files") or ())]
     paths = [*dict.fromkeys(map(_shown, inputs))]
-    options = [f"CONFIG={path}" for path in map(_shown, configs[:1]) if path != DEFAULT_CONFIG]
-    return RunOrigin(" ".join(["make run", *options]), paths if len(paths) <= MAX_INPUTS else [], len(paths))
+    named = [path for path in map(_shown, configs[:1]) if path != DEFAULT_CONFIG]
+    start, option = ("make run", "CONFIG=") if is_clone else ("snakemake --cores all", "--configfile ")
+    command = " ".join([start, *(f"{option}{path}" for path in named)])
+    return RunOrigin(command, paths if len(paths) <= MAX_INPUTS else [], len(paths))
 
 
 def note_config(run: Path, config: Path) -> str:

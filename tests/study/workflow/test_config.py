@@ -124,10 +124,17 @@ def test_the_schema_and_the_reference_page_are_those_of_the_models():
     assert config_reference.REFERENCE_PAGE.read_text(encoding="utf-8") == config_reference.reference_page()
 
 
-@pytest.mark.parametrize("path", [ROOT / "config.yaml", *sorted((ROOT / "studies").glob("*.yaml"))])
+DEFAULT_FILE = ROOT / "config" / "config.yaml"  # which a deployed workflow copies with its folder
+
+
+def test_the_default_config_of_a_clone_is_that_of_a_deployed_workflow():
+    assert (ROOT / "config.yaml").samefile(DEFAULT_FILE)
+
+
+@pytest.mark.parametrize("path", [DEFAULT_FILE, *sorted((ROOT / "studies").glob("*.yaml"))])
 def test_every_study_is_valid_and_names_its_schema(path, monkeypatch):
     monkeypatch.setattr(memory, "memory_of_machine", lambda: float("inf"))
-    schema = "config/schema.json" if path.parent == ROOT else "../config/schema.json"
+    schema = "schema.json" if path == DEFAULT_FILE else "../config/schema.json"
     assert path.read_text().startswith(f"# yaml-language-server: $schema={schema}\n")
     config = read_config(path)
     if config.get("pairs") == {"folder": "data/complexes/bound"}:
@@ -149,6 +156,7 @@ MISTAKES = [  # key, value, a word of the remedy
     ("draws", 3, "belongs to evaluation"),
     ("plddt", "high", "whose pLDDT is lower)"),  # the first sentence on the key
     ("complementarity.centres", {"n_dots": 5}, "centres lacks the key 'sampler'"),
+    ("ensemble.jobs", 8, "delete the key, and pass `--set-scatter frames=8`"),
     ("proteins.tdp43.pdbfile", "a.pdb", "did you mean 'structure'?"),
     ("proteins.tdp43.CIF", "a.cif", "did you mean 'structure'?"),
     ("patches.path", "a.pdb", "did you mean 'r_patch'?"),

@@ -6,10 +6,10 @@ import shutil
 import subprocess
 from dataclasses import astuple
 
-import check_run
 import sparsurf
 from sparsurf_study import manifest
 from sparsurf_study.report import closing
+from sparsurf_study.workflow import check_run
 from sparsurf_study.workflow.origin import origin_of
 
 
@@ -48,6 +48,8 @@ def test_a_run_is_told_by_its_command_and_input_files(tmp_path, monkeypatch):
         (["/data/config.yaml"], "make run CONFIG=/data/config.yaml"),
     ):
         assert astuple(origin_of(config, files))[:3] == (command, paths, 6)
+    deployed = origin_of(config, ["config/config.yaml"], is_clone=False)
+    assert deployed.command == "snakemake --cores all --configfile config/config.yaml"
     for n in (50, 51):
         many = {"proteins": {str(k): {"structure": f"{k}.pdb"} for k in range(n)}, "pairs": {}}
         _, listed, number, _ = astuple(origin_of(many, []))
@@ -57,7 +59,8 @@ def test_a_run_is_told_by_its_command_and_input_files(tmp_path, monkeypatch):
 def test_check_names_files_that_were_changed_with_their_time_kept_or_are_missing(
     tmp_path, monkeypatch, capsys
 ):
-    monkeypatch.setattr(check_run, "ROOT", tmp_path)
+    (tmp_path / "Snakefile").touch()
+    monkeypatch.chdir(tmp_path)
     folder, config = tmp_path / "results" / "mine", tmp_path / "mine.yaml"
     config.write_text("seed: 1\n")  # its file names the run
     assert check_run.main(config) == 2 and "There is no " in capsys.readouterr().err
@@ -75,7 +78,7 @@ def test_check_names_files_that_were_changed_with_their_time_kept_or_are_missing
         os.utime(path, ns=times)
     files[3].unlink()
     assert check_run.main(config) == 1
-    assert [line.partition(": `")[0] for line in capsys.readouterr().out.splitlines()] == [
+    assert [line.partition(": ")[0] for line in capsys.readouterr().out.splitlines()] == [
         "results/mine/grid.csv is changed",
         "results/mine/roughness.csv is changed",
         "results/mine/view.html is missing",

@@ -122,7 +122,7 @@ def test_snakemake_alone_plans_what_make_run_plans(tmp_path):
     command = re.search(r"^\.venv/bin/snakemake (--cores .*)$", TEXT, re.M)[1].split()
     calls = (
         [python, "-m", "snakemake", *command, "-n"],
-        [python, "scripts/study.py", "config.yaml", *command, "-n"],
+        [python, "-m", "sparsurf_study", "run", "config.yaml", *command, "-n"],
     )
     counts = []
     for call in calls:

@@ -125,12 +125,14 @@ def test_a_job_that_said_nothing_was_killed(tmp_path):
     assert job_logs.warnings_in(tmp_path / "x.log") == ["a hole"]
 
 
-def test_jobs_import_the_packages_of_this_checkout_before_others(monkeypatch):
+def test_jobs_of_a_clone_import_its_packages_before_others(monkeypatch):
     monkeypatch.setenv("PYTHONPATH", "of/the/user")
-    jobs.let_jobs_import_packages()
+    jobs.let_jobs_import_packages(is_clone=False)
+    assert os.environ["PYTHONPATH"] == "of/the/user"
+    jobs.let_jobs_import_packages(is_clone=True)
     assert os.environ["PYTHONPATH"].split(os.pathsep) == [str(ROOT / "src"), "of/the/user"]
     monkeypatch.delenv("PYTHONPATH")
-    jobs.let_jobs_import_packages()
+    jobs.let_jobs_import_packages(is_clone=True)
     assert os.environ["PYTHONPATH"] == str(ROOT / "src")
 
 

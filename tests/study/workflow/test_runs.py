@@ -190,14 +190,16 @@ def make_run(root, *options):
     """Run a study as `make run` does."""
     command = [
         warm_python.interpreter(),
-        root / "scripts/study.py",
-        root / "mine.yaml",
+        "-m",
+        "sparsurf_study",
+        "run",
+        "mine.yaml",
         "--cores",
         "2",
         *options,
     ]
     environment = os.environ | {"PYTHONPATH": str(root / "src")}
-    return subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    return subprocess.run(command, cwd=root, env=environment, capture_output=True, text=True, check=False)
 
 
 def test_a_protein_that_fails_does_not_stop_the_others(checkout):

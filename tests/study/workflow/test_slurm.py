@@ -19,7 +19,7 @@ pytestmark = pytest.mark.slow
 MOST_SECONDS = 600  # of a run; two minutes where nothing else runs
 SECONDS_TO_STOP = 90  # 12 where nothing else runs
 ROUGHNESS = "results/one/one/c1/roughness.csv"
-COMMAND = ["scripts/study.py", "one.yaml", "--workflow-profile", "profiles/slurm", ROUGHNESS]
+COMMAND = ["-m", "sparsurf_study", "run", "one.yaml", "--workflow-profile", "profiles/slurm", ROUGHNESS]
 
 
 @pytest.fixture(params=[False, True], ids=["no accounts", "accounts"], scope="module")

@@ -83,10 +83,10 @@ def undisturbed(tmp_path_factory):
 @pytest.mark.parametrize(
     ("command", "signals"),
     [
-        ("scripts/study.py one.yaml", [signal.SIGTERM]),
+        ("-m sparsurf_study run one.yaml", [signal.SIGTERM]),
         ("-m snakemake --configfile one.yaml", [signal.SIGTERM]),
-        ("scripts/study.py one.yaml", [signal.SIGINT]),
-        ("scripts/study.py one.yaml", [signal.SIGINT] * 2),
+        ("-m sparsurf_study run one.yaml", [signal.SIGINT]),
+        ("-m sparsurf_study run one.yaml", [signal.SIGINT] * 2),
     ],
 )
 def test_a_stopped_study_continues_to_the_bytes_of_an_undisturbed_one(

@@ -10,9 +10,10 @@ from pathlib import Path
 import pytest
 import yaml
 
-import study
 from conftest import ROOT
 from sparsurf_study.config import memory
+from sparsurf_study.workflow import folders
+from sparsurf_study.workflow import run_study as study
 from sparsurf_study.workflow.ends import BEFORE_CONFORMATIONS, failed_places
 from sparsurf_study.workflow.job_logs import USED_MARK
 
@@ -50,10 +51,10 @@ def checkout(tmp_path, monkeypatch):
     played_checkout = Checkout()
     played_checkout.root.mkdir()
     (played_checkout.root / "config.yaml").write_bytes((ROOT / "config.yaml").read_bytes())
-    for name in ("data", "profiles"):
+    for name in ("Snakefile", "data", "profiles", "src", "studies"):
         (played_checkout.root / name).symlink_to(ROOT / name)
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(study, "ROOT", played_checkout.root)
+    monkeypatch.setattr(folders, "CHECKOUT", played_checkout.root)
     for module in (study, memory):
         monkeypatch.setattr(module, "memory_of_machine", lambda: 4.1e9)
     monkeypatch.setattr(study, "snakemake", play)
@@ -229,7 +230,7 @@ def test_a_config_whose_name_names_no_folder_needs_a_run(checkout, tmp_path, cap
 def test_a_comparison_is_added_to_the_study(checkout):
     assert study.main(checkout.config(), "--cores", "2", "compare") == 0
     assert "compare" not in checkout.calls[0] and checkout.files == ["mine.yaml", "compare.yaml"]
-    assert yaml.safe_load(study.COMPARE.read_text()) == {"compare": {"run": True}}
+    assert yaml.safe_load(checkout.paths[1].read_text()) == {"compare": {"run": True}}
     assert study.main(checkout.config()) == 0 and checkout.files == ["mine.yaml"]
     assert study.main(checkout.config(compare={"run": False, "percents": [30]}), "compare") == 0
 
@@ -263,17 +264,17 @@ def test_make_takes_a_config_with_a_blank_and_refuses_an_unknown_cluster_and_fol
         command = ["make", "-n", *targets, *options]
         return subprocess.run(command, cwd=folder, env=alone, capture_output=True, text=True, check=False)
 
-    assert 'scripts/study.py "my study.yaml" --cores' in make("CONFIG=my study.yaml").stdout
+    assert '-m sparsurf_study run "my study.yaml" --cores' in make("CONFIG=my study.yaml").stdout
     assert "--workflow-profile profiles/slurm" in make("CLUSTER=slurm").stdout
     for cluster in ((), ("CLUSTER=slurm",)):  # into a folder where nothing is set up
         said = make(f"VENV={tmp_path / 'none'}", *cluster).stdout
         assert ("requirements-slurm.txt" in said) == bool(cluster)
     keys = ("CONFIG=my study.yaml", "PROFILE=my own", "CORES=3")
     said = make(*keys, targets=("paper", "compare", "check")).stdout.splitlines()
-    assert [line.partition("bin/python ")[2] for line in said if "scripts/" in line] == [
-        'scripts/study.py studies/paper.yaml --workflow-profile "my own"',
-        'scripts/study.py "my study.yaml" --workflow-profile "my own" compare',
-        'scripts/check_run.py "my study.yaml"',
+    assert [line.partition("bin/python ")[2] for line in said if "sparsurf_study " in line] == [
+        '-m sparsurf_study run studies/paper.yaml --workflow-profile "my own"',
+        '-m sparsurf_study run "my study.yaml" --workflow-profile "my own" compare',
+        '-m sparsurf_study check "my study.yaml"',
     ]
     assert "studies/paper.yaml --cores 3\n" in make("CORES=3", targets=("paper",)).stdout
     refused = make("CLUSTER=foo")
@@ -285,7 +286,7 @@ def test_make_takes_a_config_with_a_blank_and_refuses_an_unknown_cluster_and_fol
     ):  # not the default study
         refused = make(*options, targets=targets)
         assert refused.returncode and "write make run CONFIG=my.yaml" in refused.stderr
-        assert "scripts/" not in refused.stdout
+        assert "sparsurf_study" not in refused.stdout
     (tmp_path / "other").mkdir()
     (tmp_path / "link").symlink_to("other")  # whose environment would be cleared
     refused = make(f"VENV={tmp_path / 'link'}")

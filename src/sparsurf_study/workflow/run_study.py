@@ -1,4 +1,4 @@
-"""Run a study: `python scripts/study.py [config.yaml] [compare] [Snakemake's options]`, by default config.yaml on all cores."""
+"""Run a study by Snakemake, close the run where jobs failed, and say what it found."""
 
 import fcntl
 import json
@@ -17,24 +17,24 @@ from sparsurf_study import manifest
 from sparsurf_study.config.check import check_config, read_config
 from sparsurf_study.config.memory import memory_of_machine
 from sparsurf_study.workflow.ends import answers_of_run, failed_places
+from sparsurf_study.workflow.folders import default_config, home_of, study_folder
 
-ROOT = Path(__file__).resolve().parents[1]
-COMPARE = ROOT / "studies" / "compare.yaml"
 PLANNING_OPTIONS = {"-n", "--dry-run", "--dryrun"}
 
 
 def main(*arguments: str) -> int:
     """Run Snakemake, once more without what failed, and print the answers; return the exit code."""
     is_named = bool(arguments) and arguments[0] != "compare" and not arguments[0].startswith("-")
-    path_to_config, *options = arguments if is_named else (str(ROOT / "config.yaml"), *arguments)
+    options = [*arguments[is_named:]]
     open_closed_streams()
-    path = Path(path_to_config).resolve()
-    os.chdir(ROOT)  # paths of rules and results start at the checkout
-    files = [path, *([COMPARE] if "compare" in options else [])]
-    options = [option for option in options if option != "compare"]
-    if "--workflow-profile" not in options:  # jobs run side by side as far as the memory reaches
-        options = [f"--resources=mem_mb={memory_of_machine() / 1e6:.0f}", *options]
     try:
+        root = study_folder()
+        home, path = home_of(root), Path(arguments[0]).resolve() if is_named else default_config(root)
+        os.chdir(root)  # paths of rules and results start there
+        files = [path, *([home / "studies" / "compare.yaml"] if "compare" in options else [])]
+        options = [option for option in options if option != "compare"]
+        if "--workflow-profile" not in options:  # jobs run side by side as far as the memory reaches
+            options = [f"--resources=mem_mb={memory_of_machine() / 1e6:.0f}", *options]
         if "--workflow-profile" in options:  # Snakemake ignores one that is not there
             profile = "".join(options[options.index("--workflow-profile") + 1 :][:1])
             if profile != "none" and not any(Path(profile).glob("config*.yaml")):
@@ -43,11 +43,11 @@ def main(*arguments: str) -> int:
         if len(files) > 1:
             section = config.get("compare")
             config |= {"compare": (section if isinstance(section, dict) else {}) | {"run": True}}
-        config = check_config(config, [path], ROOT, here="--workflow-profile" not in options)
+        config = check_config(config, [path], home, here="--workflow-profile" not in options)
         if PLANNING_OPTIONS & {*options}:  # also beside a study that runs
             return snakemake(files, *options)[0]
-        with locked(ROOT):
-            return run_study(config, files, options)
+        with locked(root):
+            return run_study(config, files, options, home)
     except InputError as error:
         print(error, file=sys.stderr)
     except OSError as error:
@@ -55,7 +55,7 @@ def main(*arguments: str) -> int:
     return 2
 
 
-def run_study(config: dict, files: Sequence[Path], options: Sequence[str]) -> int:
+def run_study(config: dict, files: Sequence[Path], options: Sequence[str], home: Path) -> int:
     """Run what is out of date; where jobs fail, close the run without them. Return the exit code."""
     begin, run = time.time(), Path("results", config["run"])
     code, is_stopped = snakemake(files, *options)
@@ -63,7 +63,7 @@ def run_study(config: dict, files: Sequence[Path], options: Sequence[str]) -> in
     if failed.keys() - config["exclude"].keys():
         without = {"exclude": config["exclude"] | failed}
         try:
-            check_config(read_config(files[0]) | without, files[:1], ROOT)
+            check_config(read_config(files[0]) | without, files[:1], home)
         except InputError:  # nothing is left
             return code
         path = run / "logs" / "exclude.json"  # a file, as an argument has 128 kB at most
@@ -93,7 +93,7 @@ def snakemake(files: Sequence[Path], *options: str) -> tuple[int, bool]:
 
 @contextmanager
 def locked(root: Path) -> Iterator[None]:
-    """Hold the system's lock of a checkout, which ends with the processes that hold it; Snakemake's own stays after a kill."""
+    """Hold the system's lock of a folder, which ends with the processes that hold it; Snakemake's own stays after a kill."""
     path = root / ".snakemake" / "study.lock"
     path.parent.mkdir(exist_ok=True)
     with path.open("a", encoding="utf-8") as lock:
@@ -103,7 +103,3 @@ def locked(root: Path) -> Iterator[None]:
             raise InputError("Another study runs in this folder; wait for it to end.") from None
         os.set_inheritable(lock.fileno(), True)
         yield
-
-
-if __name__ == "__main__":
-    sys.exit(main(*sys.argv[1:]))
