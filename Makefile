@@ -106,7 +106,7 @@ test: setup-test
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/snakefmt --check Snakefile workflow/Snakefile rules/*.smk evidence/Snakefile evidence/rules/*.smk
-	$(BIN)/snakemake --lint
+	for file in Snakefile workflow/Snakefile evidence/Snakefile; do $(BIN)/snakemake --lint --snakefile $$file || exit 1; done
 	$(BIN)/mypy
 	$(BIN)/lint-imports --no-cache --no-logo
 	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -n 3 --dist worksteal # on two cores: some tests wait for a study or for Slurm

@@ -1,26 +1,6 @@
 # Thousands of structures, where `sampling: false` leaves out the grid: a job for each batch, tables and one page for the run.
 
 
-def structures_of_batch(wildcards):
-    """Structures of a batch with their keys, by name."""
-    return {
-        name: {
-            "path": BATCHED[name].structure,
-            "table": BATCHED[name].table,
-            "options": BATCHED[name].molecule_options,
-        }
-        for name in BATCHES[wildcards.batch]
-    }
-
-
-def files_of_batch(wildcards):
-    """Files that a batch reads."""
-    structures = structures_of_batch(wildcards).values()
-    return list(
-        dict.fromkeys(path for entry in structures for path in (entry["path"], entry["table"]) if path)
-    )
-
-
 rule analyse_batch:
     input:
         files_of_batch,

@@ -1,25 +1,6 @@
 # Two forms of a protein that are compared residue by residue, for each entry of `changes`.
 
 
-def names_of_forms(wildcards):
-    """Names of two forms that are compared."""
-    return CHANGES[wildcards.comparison]
-
-
-def compared_forms(wildcards):
-    """Surfaces and structures of two forms that are compared; the tables of the names that there are if one of them is absent."""
-    forms = names_of_forms(wildcards)
-    folders = [folder_of(form) for form in forms]
-    absent = [(n, form.partition("/")[0]) for n, form in enumerate(forms, 1) if not folders[n - 1]]
-    if absent:
-        return {f"names_{n}": f"results/{config['run']}/{protein}/frames.csv" for n, protein in absent}
-    return {
-        f"{kind}_{n}": f"{folder}/{kind}.{end}"
-        for n, folder in enumerate(folders, 1)
-        for kind, end in SURFACE_AND_STRUCTURE
-    }
-
-
 rule compare_forms:
     input:
         unpack(compared_forms),

@@ -257,6 +257,78 @@ def ranges_of_paper_sampler(wildcards):
     return if_sampled("ranges.csv")(wildcards) if takes_them else []
 
 
+def structures_of_batch(wildcards):
+    """Structures of a batch with their keys, by name."""
+    return {
+        name: {
+            "path": BATCHED[name].structure,
+            "table": BATCHED[name].table,
+            "options": BATCHED[name].molecule_options,
+        }
+        for name in BATCHES[wildcards.batch]
+    }
+
+
+def files_of_batch(wildcards):
+    """Files that a batch reads."""
+    structures = structures_of_batch(wildcards).values()
+    return list(
+        dict.fromkeys(path for entry in structures for path in (entry["path"], entry["table"]) if path)
+    )
+
+
+def names_of_forms(wildcards):
+    """Names of two forms that are compared."""
+    return CHANGES[wildcards.comparison]
+
+
+def compared_forms(wildcards):
+    """Surfaces and structures of two forms that are compared; the tables of the names that there are if one of them is absent."""
+    forms = names_of_forms(wildcards)
+    folders = [folder_of(form) for form in forms]
+    absent = [(n, form.partition("/")[0]) for n, form in enumerate(forms, 1) if not folders[n - 1]]
+    if absent:
+        return {f"names_{n}": f"results/{config['run']}/{protein}/frames.csv" for n, protein in absent}
+    return {
+        f"{kind}_{n}": f"{folder}/{kind}.{end}"
+        for n, folder in enumerate(folders, 1)
+        for kind, end in SURFACE_AND_STRUCTURE
+    }
+
+
+def entry_of_pair(wildcards):
+    """Entry of a pair in the config, with the order of its partners, which Snakemake does not see."""
+    return PAIRS[wildcards.pair]
+
+
+def files_of_pair(wildcards):
+    """Files of a pair that is given by structures: one of each partner, or one of both."""
+    pair = entry_of_pair(wildcards)
+    return pair.get("files") or [pair["complex"]]
+
+
+def partner_files(wildcards):
+    """Surfaces of both partners of a pair, and their structures where they have atoms."""
+    own = f"results/{wildcards.run}/pairs/{wildcards.pair}"
+    proteins_of_pair = entry_of_pair(wildcards).get("proteins")
+    if not proteins_of_pair:
+        return {
+            f"{kind}_{n}": f"{own}/{kind}_{n}.{end}" for kind, end in SURFACE_AND_STRUCTURE for n in (1, 2)
+        }
+    return {
+        f"{kind}_{n}": f"{folder_of(protein)}/{kind}.{end}"
+        for n, protein in enumerate(proteins_of_pair, 1)
+        for kind, end in SURFACE_AND_STRUCTURE
+        if kind == "surface" or protein in MOLECULES
+    }
+
+
+def stage_before(wildcards):
+    """Folder of the previous stage of a simulation; empty for the first."""
+    before = {"nvt": "minimise", "npt": "nvt", "production": "npt"}.get(wildcards.stage)
+    return f"results/{wildcards.run}/{wildcards.protein}/simulation/{before}" if before else []
+
+
 # Final outputs, from the catalogue: `rule all` asks for one of each rule, and the first page lists all results
 
 

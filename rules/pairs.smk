@@ -1,33 +1,6 @@
 # Pairs: how well the patches of both partners match, for each entry of `pairs`.
 
 
-def entry_of_pair(wildcards):
-    """Entry of a pair in the config, with the order of its partners, which Snakemake does not see."""
-    return PAIRS[wildcards.pair]
-
-
-def files_of_pair(wildcards):
-    """Files of a pair that is given by structures: one of each partner, or one of both."""
-    pair = entry_of_pair(wildcards)
-    return pair.get("files") or [pair["complex"]]
-
-
-def partner_files(wildcards):
-    """Surfaces of both partners of a pair, and their structures where they have atoms."""
-    own = f"results/{wildcards.run}/pairs/{wildcards.pair}"
-    proteins_of_pair = entry_of_pair(wildcards).get("proteins")
-    if not proteins_of_pair:
-        return {
-            f"{kind}_{n}": f"{own}/{kind}_{n}.{end}" for kind, end in SURFACE_AND_STRUCTURE for n in (1, 2)
-        }
-    return {
-        f"{kind}_{n}": f"{folder_of(protein)}/{kind}.{end}"
-        for n, protein in enumerate(proteins_of_pair, 1)
-        for kind, end in SURFACE_AND_STRUCTURE
-        if kind == "surface" or protein in MOLECULES
-    }
-
-
 rule compute_partner_surfaces:
     input:
         files=files_of_pair,

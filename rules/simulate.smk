@@ -1,12 +1,6 @@
 # A structure becomes a trajectory by GROMACS, where `simulate` of its protein asks for it.
 
 
-def stage_before(wildcards):
-    """Folder of the previous stage of a simulation; empty for the first."""
-    before = {"nvt": "minimise", "npt": "nvt", "production": "npt"}.get(wildcards.stage)
-    return f"results/{wildcards.run}/{wildcards.protein}/simulation/{before}" if before else []
-
-
 wildcard_constraints:
     stage="minimise|nvt|npt|production",
 

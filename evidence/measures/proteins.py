@@ -1,6 +1,7 @@
 """Tables over many proteins, whose surfaces are prepared one after the other: A1 with its hydrogens and dots as published."""
 
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import pandas as pd
@@ -35,17 +36,18 @@ def prepare_proteins(params: Any, study: str, threads: int) -> Iterator[tuple[st
 def tabulate_proteins(job: Job) -> None:
     """Tabulate and draw the study of many proteins."""
     params, output = job.params, job.output
+    run, run_recovered = Path(job.input.summary).parent, Path(job.input.recovered[0]).parents[2]
     summary = pd.read_csv(job.input.summary)
     summary["best_set"] = summary["best_set"].fillna("")
     relation = pd.read_csv(job.input.relation)
-    surfaces = pd.read_csv(job.input.surfaces).merge(sizes(params.run, params.proteins))
+    surfaces = pd.read_csv(job.input.surfaces).merge(sizes(run, params.proteins))
     surfaces = surfaces.assign(hydrogens=params.hydrogens)
     tables = tables_of(
-        read_study(params.run, params.proteins),
+        read_study(run, params.proteins),
         summary,
         relation,
         surfaces,
-        read_study(params.run_recovered, params.recovered, RECOVERED),
+        read_study(run_recovered, params.recovered, RECOVERED),
     )
     write_tables({output[name]: table for name, table in tables.items()})
     stored = {name: pd.read_csv(output[name]) for name in tables}

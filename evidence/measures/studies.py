@@ -25,7 +25,7 @@ class Measured(NamedTuple):
     by_n_s: pd.DataFrame
 
 
-def read_study(run: str, proteins: list[str], reading: str | None = None) -> list[Measured]:
+def read_study(run: str | Path, proteins: list[str], reading: str | None = None) -> list[Measured]:
     """Read the results of each protein of a run, `run`/<protein>/c1, in the order of their numbers of dots.
 
     With a `reading`, only the ranges of n_S of this reading.
@@ -56,7 +56,7 @@ def by_n_s(compared: pd.DataFrame) -> pd.DataFrame:
     return table.assign(reading=reading, Z=rows["value"]).reset_index(drop=True)
 
 
-def sizes(run: str, proteins: list[str]) -> pd.DataFrame:
+def sizes(run: str | Path, proteins: list[str]) -> pd.DataFrame:
     """Return atoms and residues of each protein: protein, n_atoms, n_residues."""
     rows = []
     for protein in proteins:

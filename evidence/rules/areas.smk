@@ -11,6 +11,8 @@ rule measure_areas:
         means=f"{TABLES}/areas_means.csv",
     log:
         f"{RESULTS}/logs/measure_areas.log",
+    conda:
+        "../../envs/evidence.yaml"
     params:
         structures={name: structure_file(name) for name in AREAS},
     message:

@@ -11,6 +11,8 @@ rule measure_clients:
         means=f"{TABLES}/clients_means.csv",
     log:
         f"{RESULTS}/logs/measure_clients.log",
+    conda:
+        "../../envs/evidence.yaml"
     params:
         structures={name: structure_file(name) for name in PROTEINS_OF_CLIENTS},
     message:

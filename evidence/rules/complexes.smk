@@ -8,6 +8,8 @@ rule measure_complexes:
         areas=f"{RESULTS}/complexes/{{pair}}.csv",
     log:
         f"{RESULTS}/logs/complexes/{{pair}}/measure_complex.log",
+    conda:
+        "../../envs/evidence.yaml"
     params:
         descriptors=config["complexes"]["descriptors"],
         patches=config["complexes"]["patches"],
@@ -27,6 +29,8 @@ rule tabulate_complexes:
     log:
         f"{RESULTS}/logs/tabulate_complexes.log",
     localrule: True
+    conda:
+        "../../envs/evidence.yaml"
     message:
         "Tables and figure over many complexes"
     script:

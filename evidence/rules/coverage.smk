@@ -12,6 +12,8 @@ rule pool_coverage:
         pool=f"{RESULTS}/coverage/{{protein}}/pool.npz",
     log:
         f"{RESULTS}/logs/coverage/{{protein}}/pool_draws.log",
+    conda:
+        "../../envs/evidence.yaml"
     threads: 2
     params:
         draws=config["coverage"]["pool"]["draws"],
@@ -29,6 +31,8 @@ rule measure_coverage:
         table=f"{RESULTS}/coverage/{{protein}}/coverage.csv",
     log:
         f"{RESULTS}/logs/coverage/{{protein}}/measure_coverage.log",
+    conda:
+        "../../envs/evidence.yaml"
     params:
         replicates=config["coverage"]["replicates"],
         designs=config["coverage"]["designs"],
@@ -50,6 +54,8 @@ rule tabulate_coverage:
     log:
         f"{RESULTS}/logs/tabulate_coverage.log",
     localrule: True
+    conda:
+        "../../envs/evidence.yaml"
     params:
         numbers=config["coverage"]["numbers"],
         replicates=config["coverage"]["replicates_of_means"],

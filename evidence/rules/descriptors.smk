@@ -10,6 +10,8 @@ rule measure_descriptors:
         changes=f"{RESULTS}/descriptors/{{protein}}/changes.csv",
     log:
         f"{RESULTS}/logs/descriptors/{{protein}}/measure_descriptors.log",
+    conda:
+        "../../envs/evidence.yaml"
     params:
         test_dots=config["descriptors"]["test_dots"],
         densities=config["descriptors"]["densities"],
@@ -30,6 +32,8 @@ rule tabulate_descriptors:
     log:
         f"{RESULTS}/logs/tabulate_descriptors.log",
     localrule: True
+    conda:
+        "../../envs/evidence.yaml"
     message:
         "Table and figure of the descriptors"
     script:

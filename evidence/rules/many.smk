@@ -11,6 +11,8 @@ rule measure_batch:
         table=f"{TABLES}/many.csv",
     log:
         f"{RESULTS}/logs/measure_batch.log",
+    conda:
+        "../../envs/evidence.yaml"
     params:
         structures={name: structure_file(name) for name in MANY},
     message:

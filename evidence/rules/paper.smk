@@ -4,11 +4,6 @@
 FRAGMENTS = {name: entry for name, entry in config["fragments"]["surfaces"].items() if entry}
 
 
-def fragment(wildcards):
-    """Path of the structure or of the dots of a surface."""
-    return structure_file(FRAGMENTS[wildcards.surface]["structure"])
-
-
 rule measure_fragments:
     input:
         structure=ancient(fragment),
@@ -20,6 +15,8 @@ rule measure_fragments:
         f"{RESULTS}/logs/fragments/{{surface}}/measure_fragment.log",
     wildcard_constraints:
         surface=one_of(FRAGMENTS),
+    conda:
+        "../../envs/evidence.yaml"
     threads: 2
     params:
         dots=lambda wildcards: FRAGMENTS[wildcards.surface]["dots"],
@@ -42,6 +39,8 @@ rule measure_repeated:
         runs=f"{RESULTS}/fragments/repeated.csv",
     log:
         f"{RESULTS}/logs/fragments/repeat_table1.log",
+    conda:
+        "../../envs/evidence.yaml"
     threads: 2
     params:
         dots=FRAGMENTS[config["fragments"]["repeated"]]["dots"],
@@ -63,6 +62,8 @@ rule measure_links:
         links=f"{RESULTS}/links/{{protein}}/links.csv",
     log:
         f"{RESULTS}/logs/links/{{protein}}/measure_links.log",
+    conda:
+        "../../envs/evidence.yaml"
     threads: 2
     params:
         dots="dms",
@@ -88,6 +89,8 @@ rule tabulate_links:
     log:
         f"{RESULTS}/logs/tabulate_links.log",
     localrule: True
+    conda:
+        "../../envs/evidence.yaml"
     message:
         "d against the linking distance"
     script:
@@ -101,6 +104,8 @@ rule measure_rules:
         table=f"{TABLES}/paper_rules.csv",
     log:
         f"{RESULTS}/logs/measure_rules.log",
+    conda:
+        "../../envs/evidence.yaml"
     threads: 2
     params:
         dots="dms",
@@ -126,6 +131,8 @@ rule tabulate_repeated:
     log:
         f"{RESULTS}/logs/tabulate_repeated.log",
     localrule: True
+    conda:
+        "../../envs/evidence.yaml"
     message:
         "Places of the published values among runs made as published"
     script:
@@ -150,6 +157,8 @@ rule tabulate_fragments:
     log:
         f"{RESULTS}/logs/tabulate_fragments.log",
     localrule: True
+    conda:
+        "../../envs/evidence.yaml"
     params:
         repeated=config["fragments"]["repeated"],
     message:
@@ -178,6 +187,8 @@ rule tabulate_figures:
     log:
         f"{RESULTS}/logs/tabulate_figures.log",
     localrule: True
+    conda:
+        "../../envs/evidence.yaml"
     message:
         "The paper's Figures 1 to 4 and the numbers of its statements"
     script:
@@ -191,6 +202,8 @@ rule draw_gathering:
         figure=f"{FIGURES}/paper_figure_5.png",
     log:
         f"{RESULTS}/logs/draw_gathering.log",
+    conda:
+        "../../envs/evidence.yaml"
     params:
         dots=FRAGMENTS[config["fragments"]["drawn"]]["dots"],
         surface=config["fragments"]["surface"],
@@ -209,6 +222,8 @@ rule draw_edges:
         figure=f"{FIGURES}/why_edges.png",
     log:
         f"{RESULTS}/logs/draw_edges.log",
+    conda:
+        "../../envs/evidence.yaml"
     params:
         dots=FRAGMENTS[config["fragments"]["drawn"]]["dots"],
         surface=config["fragments"]["surface"],

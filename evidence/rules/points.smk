@@ -12,6 +12,8 @@ rule measure_points:
         f"{RESULTS}/logs/points/{{protocol}}.log",
     wildcard_constraints:
         protocol=one_of(config["points"]["protocols"]),
+    conda:
+        "../../envs/evidence.yaml"
     params:
         structures={name: structure_file(name) for name in CHAINS},
         every=config["points"]["every"],
@@ -31,6 +33,8 @@ rule tabulate_points:
     log:
         f"{RESULTS}/logs/tabulate_points.log",
     localrule: True
+    conda:
+        "../../envs/evidence.yaml"
     message:
         "Table of protocols for points"
     script:
@@ -47,6 +51,8 @@ rule measure_potential:
         table=f"{TABLES}/points_potential.csv",
     log:
         f"{RESULTS}/logs/measure_potential.log",
+    conda:
+        "../../envs/evidence.yaml"
     params:
         structures={name: structure_file(name) for name in POTENTIAL},
     message:
@@ -62,6 +68,8 @@ rule measure_interfaces:
         table=f"{TABLES}/points_interfaces.csv",
     log:
         f"{RESULTS}/logs/measure_interfaces.log",
+    conda:
+        "../../envs/evidence.yaml"
     params:
         complexes={pair: [structure_file(name) for name in names] for pair, names in COMPLEXES.items()},
         densities=config["points"]["densities"],

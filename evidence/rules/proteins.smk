@@ -26,9 +26,9 @@ rule tabulate_proteins:
         figure_needed=f"{FIGURES}/proteins_needed.png",
     log:
         f"{RESULTS}/logs/tabulate_proteins.log",
+    conda:
+        "../../envs/evidence.yaml"
     params:
-        run=f"{RESULTS}_proteins",
-        run_recovered=f"{RESULTS}_recovered",
         proteins=MANY_PROTEINS,
         recovered=SOME_PROTEINS,
         hydrogens=config["proteins"]["hydrogens"],

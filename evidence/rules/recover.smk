@@ -8,6 +8,8 @@ rule measure_opponents:
         table=f"{RESULTS}/recover/{{protein}}/opponents.csv",
     log:
         f"{RESULTS}/logs/opponents/{{protein}}/measure_opponents.log",
+    conda:
+        "../../envs/evidence.yaml"
     params:
         percents=config["recover"]["percents"],
         test_dots=config["recover"]["test_dots"],
@@ -31,6 +33,8 @@ rule tabulate_opponents:
     log:
         f"{RESULTS}/logs/tabulate_opponents.log",
     localrule: True
+    conda:
+        "../../envs/evidence.yaml"
     message:
         "Tables of other ways to store a surface"
     script:
@@ -45,6 +49,8 @@ rule measure_enough:
         coverage=f"{RESULTS}/enough/{{protein}}/coverage.csv",
     log:
         f"{RESULTS}/logs/enough/{{protein}}/measure_enough.log",
+    conda:
+        "../../envs/evidence.yaml"
     threads: 2
     params:
         dots=config["enough"]["dots"],
@@ -69,6 +75,8 @@ rule tabulate_enough:
     log:
         f"{RESULTS}/logs/tabulate_enough.log",
     localrule: True
+    conda:
+        "../../envs/evidence.yaml"
     message:
         "Tables of how many dots are enough"
     script:
@@ -83,6 +91,8 @@ rule draw_recovery:
     log:
         f"{RESULTS}/logs/draw_recovery.log",
     localrule: True
+    conda:
+        "../../envs/evidence.yaml"
     message:
         "Figure of a recovered surface"
     script:
@@ -110,11 +120,6 @@ SPHERES_PARTS = {
 }
 
 
-def spheres_group(wildcards):
-    """Group of the structures of a part."""
-    return SPHERES_PARTS[wildcards.part][0]
-
-
 rule measure_spheres:
     input:
         structures=lambda wildcards: ancient(
@@ -126,6 +131,8 @@ rule measure_spheres:
         f"{RESULTS}/logs/spheres/{{part}}.log",
     wildcard_constraints:
         part=one_of(SPHERES_PARTS),
+    conda:
+        "../../envs/evidence.yaml"
     params:
         structures=lambda wildcards: {name: structure_file(name) for name in SPHERES_PARTS[wildcards.part][1]},
         group=spheres_group,
@@ -153,6 +160,8 @@ rule measure_other_dots:
         means=f"{TABLES}/spheres_other_dots_means.csv",
     log:
         f"{RESULTS}/logs/spheres/measure_other_dots.log",
+    conda:
+        "../../envs/evidence.yaml"
     params:
         structures={name: structure_file(name) for name in OTHER_DOTS},
         densities=config["other_dots"]["densities"],
@@ -171,6 +180,8 @@ rule measure_spheres_z:
         means=f"{TABLES}/spheres_z_means.csv",
     log:
         f"{RESULTS}/logs/spheres/measure_spheres_z.log",
+    conda:
+        "../../envs/evidence.yaml"
     params:
         structures={name: structure_file(name) for name in config["spheres"]["chains"]},
         hydrogens="keep",
@@ -196,6 +207,8 @@ rule tabulate_spheres:
     log:
         f"{RESULTS}/logs/tabulate_spheres.log",
     localrule: True
+    conda:
+        "../../envs/evidence.yaml"
     message:
         "Errors of the interpolant and of the spheres"
     script:

@@ -22,6 +22,8 @@ rule measure_surface_atoms:
         f"{RESULTS}/logs/surface_atoms/{{part}}.log",
     wildcard_constraints:
         part=one_of(SURFACE_ATOMS_PARTS),
+    conda:
+        "../../envs/evidence.yaml"
     params:
         structures=lambda wildcards: {
             name: (structure_file(name), n) for name, n in SURFACE_ATOMS_PARTS[wildcards.part][1].items()
@@ -43,6 +45,8 @@ rule tabulate_surface_atoms:
     log:
         f"{RESULTS}/logs/tabulate_surface_atoms.log",
     localrule: True
+    conda:
+        "../../envs/evidence.yaml"
     message:
         "Tables of the atoms that determine a surface"
     script:
@@ -59,6 +63,8 @@ rule measure_stored_atoms:
         ways_means=f"{TABLES}/surface_atoms_ways_means.csv",
     log:
         f"{RESULTS}/logs/measure_stored_atoms.log",
+    conda:
+        "../../envs/evidence.yaml"
     params:
         structures={name: structure_file(name) for name in SURFACE_ATOMS["stored"]},
         left_out=SURFACE_ATOMS["left_out"],

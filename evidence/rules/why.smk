@@ -8,6 +8,8 @@ rule measure_curve:
         curve=f"{RESULTS}/why/{{protein}}/curve.csv",
     log:
         f"{RESULTS}/logs/why/{{protein}}/measure_curve.log",
+    conda:
+        "../../envs/evidence.yaml"
     threads: 2
     params:
         dots="dms",
@@ -35,6 +37,8 @@ rule tabulate_curve:
     log:
         f"{RESULTS}/logs/tabulate_curve.log",
     localrule: True
+    conda:
+        "../../envs/evidence.yaml"
     params:
         marked=config["links"]["surfaces"][0],
     message:
@@ -55,6 +59,8 @@ rule measure_null_result:
         table=f"{RESULTS}/why/{{protein}}/null_result.csv",
     log:
         f"{RESULTS}/logs/why/{{protein}}/measure_null_result.log",
+    conda:
+        "../../envs/evidence.yaml"
     threads: 2
     params:
         surface=lambda wildcards: config["fragments"]["surface"] if wildcards.protein == PAPERS else {},
@@ -82,6 +88,8 @@ rule tabulate_null_result:
     log:
         f"{RESULTS}/logs/tabulate_null_result.log",
     localrule: True
+    conda:
+        "../../envs/evidence.yaml"
     params:
         paper=PAPERS,
     message:
@@ -97,6 +105,8 @@ rule measure_full_weight:
         table=f"{RESULTS}/why/{{protein}}/full_weight.csv",
     log:
         f"{RESULTS}/logs/why/{{protein}}/measure_full_weight.log",
+    conda:
+        "../../envs/evidence.yaml"
     threads: 2
     params:
         surface=lambda wildcards: config["fragments"]["surface"] if wildcards.protein == PAPERS else {},
@@ -120,6 +130,8 @@ rule tabulate_full_weight:
     log:
         f"{RESULTS}/logs/tabulate_full_weight.log",
     localrule: True
+    conda:
+        "../../envs/evidence.yaml"
     message:
         "What roughness contributes at full weight"
     script:
@@ -133,6 +145,8 @@ rule measure_denser:
         table=f"{RESULTS}/why/{{protein}}/denser.csv",
     log:
         f"{RESULTS}/logs/why/{{protein}}/measure_denser.log",
+    conda:
+        "../../envs/evidence.yaml"
     params:
         hydrogens=config["proteins"]["hydrogens"],
         powers=config["why"]["denser"]["powers"],
@@ -153,6 +167,8 @@ rule tabulate_denser:
     log:
         f"{RESULTS}/logs/tabulate_denser.log",
     localrule: True
+    conda:
+        "../../envs/evidence.yaml"
     message:
         "Errors of dots that are denser where the surface is rough"
     script:
@@ -175,6 +191,8 @@ rule measure_law:
         f"{RESULTS}/logs/why/law/{{part}}.log",
     wildcard_constraints:
         part=one_of(LAW_PARTS),
+    conda:
+        "../../envs/evidence.yaml"
     params:
         structures=lambda wildcards: {name: structure_file(name) for name in LAW_PARTS[wildcards.part]},
         group=lambda wildcards: LAW_GROUPS.get(wildcards.part, "chains"),
@@ -201,6 +219,8 @@ rule tabulate_law:
     log:
         f"{RESULTS}/logs/tabulate_law.log",
     localrule: True
+    conda:
+        "../../envs/evidence.yaml"
     message:
         "The law of the error by density"
     script:
@@ -219,6 +239,8 @@ rule measure_reasons:
         fit=f"{TABLES}/why_law_reasons_fit.csv",
     log:
         f"{RESULTS}/logs/why/measure_reasons.log",
+    conda:
+        "../../envs/evidence.yaml"
     params:
         structures={name: structure_file(name) for name in REASONS_CHAINS},
         density=config["why"]["densities"][-2],
@@ -226,11 +248,6 @@ rule measure_reasons:
         "Pieces, seams and creases"
     script:
         "../measure.py"
-
-
-def structures_of(names):
-    """Paths of the paper's protein, first, and of these others, by name."""
-    return {name: structure_file(name) for name in [PAPERS, *names]}
 
 
 SURFACES_OF_CLUMPS, SURFACES_OF_HOLES, PROTEINS_OF_CENTRES = (
@@ -247,6 +264,8 @@ rule measure_clumps:
         means=f"{TABLES}/why_clumps_means.csv",
     log:
         f"{RESULTS}/logs/why/measure_clumps.log",
+    conda:
+        "../../envs/evidence.yaml"
     params:
         structures=SURFACES_OF_CLUMPS,
         paper=PAPERS,
@@ -272,6 +291,8 @@ rule measure_holes:
         fits=f"{TABLES}/why_holes_fits.csv",
     log:
         f"{RESULTS}/logs/why/measure_holes.log",
+    conda:
+        "../../envs/evidence.yaml"
     params:
         structures=SURFACES_OF_HOLES,
         paper=PAPERS,
@@ -297,6 +318,8 @@ rule measure_centres:
         means=f"{TABLES}/why_centres_means.csv",
     log:
         f"{RESULTS}/logs/why/measure_centres.log",
+    conda:
+        "../../envs/evidence.yaml"
     params:
         structures=PROTEINS_OF_CENTRES,
         paper=PAPERS,
@@ -329,6 +352,8 @@ rule measure_law_settings:
         required=f"{TABLES}/why_law_settings_required.csv",
     log:
         f"{RESULTS}/logs/why/measure_law_settings.log",
+    conda:
+        "../../envs/evidence.yaml"
     params:
         structures={
             group: {name: structure_file(name) for name in names} for group, names in SETTINGS_GROUPS.items()

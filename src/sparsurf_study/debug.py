@@ -70,6 +70,8 @@ def main() -> int:
 def job_of(output: str, configs: Sequence[Path]) -> Any:
     """Return Snakemake's job that writes an output of a study whose results lie in the current folder."""
     output = os.path.relpath(output)
+    if not (STUDY_ROOT / "Snakefile").is_file():
+        raise InputError("The installed package has no scripts of rules: run this module of a clone.")
     for path in configs:
         if not path.is_file():
             raise InputError(f"{shorten(path)} does not exist: check the path of the config.")

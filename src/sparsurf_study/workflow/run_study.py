@@ -33,12 +33,12 @@ def main(*arguments: str) -> int:
         os.chdir(root)  # paths of rules and results start there
         files = [path, *([home / "studies" / "compare.yaml"] if "compare" in options else [])]
         options = [option for option in options if option != "compare"]
-        if "--workflow-profile" not in options:  # jobs run side by side as far as the memory reaches
-            options = [f"--resources=mem_mb={memory_of_machine() / 1e6:.0f}", *options]
         if "--workflow-profile" in options:  # Snakemake ignores one that is not there
             profile = "".join(options[options.index("--workflow-profile") + 1 :][:1])
             if profile != "none" and not any(Path(profile).glob("config*.yaml")):
                 raise InputError(f"{profile} is not a folder with the config.yaml of a Snakemake profile.")
+        else:  # jobs run side by side as far as the memory reaches
+            options = [f"--resources=mem_mb={memory_of_machine() / 1e6:.0f}", *options]
         config = read_config(path)
         if len(files) > 1:
             section = config.get("compare")

@@ -22,7 +22,7 @@ from scipy.spatial.distance import pdist
 import sparsurf
 from parsed_pages import origin_of
 from peptides import peptide, write
-from small_study import run_script, unpacked
+from small_study import output, run_script, snakemake, unpacked, write_study
 from sparsurf.evaluation.statistics import mean_interval
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.sampling.combination import PARAMETERS
@@ -729,3 +729,16 @@ def test_every_figure_is_a_picture(run):
     pictures = [*run.rglob("*.png")]
     assert len(pictures) > 30 and all(path.read_bytes()[:4] == b"\x89PNG" for path in pictures)
     assert {path.with_suffix(".png") for path in run.rglob("*.svg")} <= {*pictures}
+
+
+@pytest.mark.parametrize("is_batch", [False, True], ids=["pages", "batches"])
+def test_snakemake_has_no_advice_on_any_rule(tmp_path, is_batch):
+    """`snakemake --lint` of the default study, as `make test` runs it, sees only the rules that this study includes."""
+    config = write_study(tmp_path)
+    if is_batch:
+        proteins = {f"p{k}": {"structure": "still.pdb"} for k in range(12)}
+        config = {"run": "many", "sampling": False, "proteins": proteins}
+    else:
+        config["proteins"]["simulated"] = {"structure": "still.pdb", "simulate": {}}
+    done = snakemake(tmp_path, config, "--lint")
+    assert done.returncode == 0 and "Lints for" not in output(done), output(done)
