@@ -83,9 +83,11 @@ def any_of(names):
 def in_report(path):
     """An output that Snakemake's report shows, with the title, category and caption that the catalogue has for it."""
     listed = catalogue.output_of(path.removeprefix("results/{run}/"))
+    # Snakemake reads it beside the rules: in a hosted repository, only relative paths lead there
+    above = HOME if IS_CLONE else ".." if workflow.current_basedir.get_filename() == "rules" else "."
     return report(
         path,
-        caption=str(Path(catalogue.__file__).parent / "report/captions" / catalogue.caption_file(listed)),
+        caption=f"{above}/src/sparsurf_study/report/captions/{catalogue.caption_file(listed)}",
         category=catalogue.with_wildcards(listed.category or "<protein>"),
         subcategory="{conformation}" if "{conformation}" in path else None,
         labels={"result": catalogue.with_wildcards(listed.title)},

@@ -35,9 +35,12 @@ module sparsurf:
 
 use rule * from sparsurf
 """
-OF_REPOSITORY = ("Snakefile", "workflow", "rules", "scripts", "envs", "config", "profiles")
+CAPTIONS = "src/sparsurf_study/report/captions"
+OF_REPOSITORY = ("Snakefile", "workflow", "rules", "scripts", "envs", "config", "profiles", CAPTIONS)
 CONFIG = {"run": "own", "sampling": False, "proteins": {"p": {"structure": "in/p.pdb"}}}
-SURFACE = [f"results/own/p/c1/{name}" for name in ("surface.npz", "structure.pdb", "roughness.csv")]
+SURFACE = [
+    f"results/own/p/c1/{name}" for name in ("surface.npz", "structure.pdb", "roughness.csv", "surface.html")
+]
 
 
 @pytest.fixture(scope="module")
@@ -48,7 +51,7 @@ def cache(tmp_path_factory):
         copy = shutil.copytree if (ROOT / name).is_dir() else shutil.copy
         copy(ROOT / name, source / name)
     version = source / "src" / "sparsurf" / "version.py"
-    version.parent.mkdir(parents=True)
+    version.parent.mkdir(parents=True, exist_ok=True)
     bare = folder / "snakemake/snakemake/source-cache/snakemake-git-cache/github.com/owner/sparsurf"
     git = ["git", "-C", source, "-c", "user.name=tests", "-c", "user.email=tests@localhost"]
     subprocess.run([*git, "init", "--quiet"], check=True)
@@ -98,18 +101,25 @@ def installed(tmp_path_factory):
 
 
 def test_a_deployed_workflow_writes_the_bytes_of_a_clone(cache, tmp_path):
+    """And Snakemake's report, whose captions lie in the repository."""
+
+    def call(*options):
+        return run(
+            warm_python.interpreter(), folder, cache, "snakemake", *options, PYTHONPATH=str(ROOT / "src")
+        )
+
     folder = deploy(tmp_path / "deployed", CONFIG, "ours", "profiles")
-    own = run(
-        warm_python.interpreter(), folder, cache, "snakemake", "-c2", *SURFACE, PYTHONPATH=str(ROOT / "src")
-    )
+    own = call("-c2", *SURFACE)
     assert own.returncode == 0, output(own)
     shutil.copytree(folder / "in", tmp_path / "clone" / "in")
     of_clone = snakemake(tmp_path / "clone", CONFIG, *SURFACE)
     assert of_clone.returncode == 0, output(of_clone)
     for name in SURFACE:
         assert (folder / name).read_bytes() == (tmp_path / "clone" / name).read_bytes(), name
+    report = call("--report", "report.html", *SURFACE)
+    assert report.returncode == 0 and (folder / "report.html").is_file(), output(report)
     (folder / "in" / "p.pdb").unlink()
-    lost = run(warm_python.interpreter(), folder, cache, "snakemake", "-n", PYTHONPATH=str(ROOT / "src"))
+    lost = call("-n")
     assert lost.returncode and f"no file 'in/p.pdb' (paths start at {folder}" in output(lost)
 
 
@@ -124,25 +134,20 @@ def test_the_installed_wheel_has_the_default_study(cache, installed, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("tag", "python", "words"),
+    ("tag", "python", "needed", "found"),
     [
-        (
-            "ours",
-            "bare",
-            f"need sparsurf {sparsurf.__version__} with the extra `study`, but {{}} lacks sparsurf",
-        ),
-        (
-            "next",
-            "installed",
-            f"need sparsurf 99.0 with the extra `study`, but {{}} has {sparsurf.__version__}",
-        ),
+        ("ours", "bare", sparsurf.__version__, "lacks sparsurf"),
+        ("next", "installed", "99.0", f"has {sparsurf.__version__}"),
     ],
 )
 def test_a_missing_package_or_one_of_another_version_is_one_sentence(
-    request, cache, tmp_path, tag, python, words
+    request, cache, tmp_path, tag, python, needed, found
 ):
     folder = deploy(tmp_path / "deployed", CONFIG, tag)
     done = run(request.getfixturevalue(python), folder, cache, "snakemake", "-c2")
-    assert done.returncode and words.format("the environment of Snakemake") in output(done), output(done)
-    assert "pip install 'sparsurf[study]==" in output(done) and "Traceback" not in output(done)
+    sentence = (
+        f"These rules need sparsurf {needed} with the extra `study`, but the environment of Snakemake {found}: "
+        f"run pip install 'sparsurf[study]=={needed}' there."
+    )
+    assert done.returncode and sentence in output(done) and "Traceback" not in output(done), output(done)
     assert not (folder / "results").exists()
