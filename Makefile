@@ -3,7 +3,7 @@
 #              5 minutes of CPU time
 # make compare  a study, and its samplers compared at equal n_S; a later make run keeps that up to date
 # make check   compare the files of a run with its SHA256SUMS
-# make test    set up, run every check and test
+# make test    set up, run every check, and every test but those of a release, which RELEASE=1 adds as in .ci/run
 # make test-fast  the tests without those that run whole studies, Slurm, a browser, a package or a recipe: after each edit
 # make bench   measure speed and memory, each as a ratio to the commit BASE (none with BASE=) and to other programs, and how they grow
 # make evidence  compute the tables and figures of docs/ that are missing or older than their inputs (evidence/README.md). QUICK=1 runs
@@ -25,6 +25,7 @@ PROFILE ?=
 QUICK  ?=
 CONFIG ?= config.yaml
 BASE   ?= 0cad9af8
+RELEASE ?=
 VENV   := .venv
 BIN    := $(VENV)/bin
 # uv, where it is installed, unpacks a warm cache in seconds; pip does the same where uv is missing or reaches no registry
@@ -109,11 +110,13 @@ test: setup-test
 	for file in Snakefile workflow/Snakefile evidence/Snakefile; do $(BIN)/snakemake --lint --snakefile $$file || exit 1; done
 	$(BIN)/mypy
 	$(BIN)/lint-imports --no-cache --no-logo
-	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -n 3 --dist worksteal # on two cores: some tests wait for a study or for Slurm
+	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest $(if $(RELEASE),,-m "not release") -n 3 --dist worksteal # on two cores: some tests wait
+	@$(if $(RELEASE),,echo "Only .ci/run also checks the package, the recipes of CONTRIBUTING.md, an older processor, which bytes each \
+	key changes, the lowest versions, the book, the short study and the evidence.")
 
 test-fast: setup-test
 	$(BIN)/ruff check .
-	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -m "not slow" -n 2 --dist worksteal
+	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -m "not slow and not release" -n 2 --dist worksteal
 
 setup-docs: $(INSTALLED) $(FOR_TEST) $(FOR_DOCS)
 

@@ -179,7 +179,7 @@ def test_what_a_recipe_adds_to_the_outputs_is_said_in_few_files(recipe, n_files)
     assert len({step["new"] or step["end"] or step["path"] or step["file"] for step in steps}) == n_files
 
 
-@pytest.mark.slow
+@pytest.mark.release
 def test_what_the_registries_touch_passes_after_the_recipes(extended):
     """The suites of samplers, descriptors, options, residues, the config, the catalogue, and the rules of the repository.
 
@@ -223,7 +223,7 @@ def test_a_choice_takes_two_files():
         assert len(files) == 2 and "src/sparsurf/kinds.py" in files, recipe
 
 
-@pytest.mark.slow
+@pytest.mark.release
 def test_the_field_is_at_every_kept_dot(results):
     table = pd.read_csv(results / "minimal.csv")
     surface = np.load(results / "surface.npz")
@@ -231,13 +231,13 @@ def test_the_field_is_at_every_kept_dot(results):
     assert table["from_centre"].std() > 0.1
 
 
-@pytest.mark.slow
+@pytest.mark.release
 def test_the_tables_of_batches_have_the_column(extended):
     code = "from sparsurf_study.batches.tables import columns_of_batch; print(columns_of_batch('residues')['heavy_atoms'])"
     assert call(extended, "-c", code) == "int32\n"
 
 
-@pytest.mark.slow
+@pytest.mark.release
 def test_the_roughness_the_sampler_and_the_descriptor_are_those_of_the_recipes(results):
     with np.load(results / "surface.npz") as dots:
         points, normals = dots["points"], dots["normals"]
@@ -254,7 +254,7 @@ def test_the_roughness_the_sampler_and_the_descriptor_are_those_of_the_recipes(r
     assert normals.shape == points.shape
 
 
-@pytest.mark.slow
+@pytest.mark.release
 def test_the_command_tabulates_the_descriptor_of_the_recipe(extended, tmp_path):
     """Its width differs from that of the moments."""
     pdb = write(tmp_path / "protein.pdb", peptide(STRUCTURE) + "END\n")
@@ -275,7 +275,7 @@ def test_the_command_tabulates_the_descriptor_of_the_recipe(extended, tmp_path):
     assert list(table) == ["dot", "x", "y", "z", "z_0", "z_1"] and (table["z_0"] > 1).all()
 
 
-@pytest.mark.slow
+@pytest.mark.release
 def test_the_column_the_figure_the_key_and_the_output_are_in_the_results(results):
     residues = pd.read_csv(results / "residues.csv")
     assert residues["area"].min() >= 70 and 0 < len(residues) < len(STRUCTURE)
@@ -289,7 +289,7 @@ def test_the_column_the_figure_the_key_and_the_output_are_in_the_results(results
     assert "Number of dots that the combinations keep." in page
 
 
-@pytest.mark.slow
+@pytest.mark.release
 def test_a_surface_format_is_read(extended, tmp_path):
     dots = np.random.default_rng(0).normal(size=(200, 3))
     dots /= np.linalg.norm(dots, axis=1, keepdims=True)
@@ -298,7 +298,7 @@ def test_a_surface_format_is_read(extended, tmp_path):
     assert call(extended, "-c", code, tmp_path / "dots.xyzn") == "200 1000.0\n"
 
 
-@pytest.mark.slow
+@pytest.mark.release
 def test_a_default_is_that_of_functions_commands_and_the_config(tmp_path):
     tree = copy_tree(tmp_path)
     carry_out("A default", tree)

@@ -18,7 +18,7 @@ import yaml
 import sparsurf
 from conftest import ROOT
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.release
 
 USE = """
 import sys, sparsurf

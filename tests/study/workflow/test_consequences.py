@@ -110,6 +110,7 @@ def differ(path, other):
     return {*filecmp.cmpfiles(path, other, names, shallow=False)[0]} != names
 
 
+@pytest.mark.release
 @pytest.mark.parametrize("key", KEYS)
 def test_a_key_changes_its_outputs_and_no_others(study, config, given, finished, tmp_path, key):
     plain = {name: section for name, section in config.items() if name != "paper"}
@@ -475,6 +476,7 @@ def test_values_of_a_batch_are_those_of_its_structures_and_their_own_tables(anal
         assert of_one["score"].isna().all() == (name == "both")
 
 
+@pytest.mark.release
 @pytest.mark.parametrize("key", BATCH)
 def test_a_key_changes_its_tables_of_a_batch_and_no_others(analysed, batch, tmp_path, key):
     """The page of the run says how subsets and patches were chosen."""
