@@ -1,7 +1,6 @@
 """Settings of the book, for Sphinx: `make docs`."""
 
 import os
-import re
 import sys
 from pathlib import Path
 
@@ -82,9 +81,29 @@ def _formula(block):
     return visit, None
 
 
-def _uncover(app, name, source):
-    """Take what a page holds for the book alone out of its comment, where GitHub does not show it; link the copies in OUTSIDE."""
-    source[0] = re.sub(r"(?ms)^<!-- book\n(.*?)^-->$", r"\1", source[0])
+# The order of the pages, by parts
+PARTS = {
+    "Start": ["start", "tutorial", "trajectory", "python", "_gallery/index"],
+    "Tasks": ["study", "cluster", "learning", "msms"],
+    "Method and findings": ["few_dots", "paper_spheres", "why", "paper", "proteins", "method"],
+    "Reference": [
+        "reference/functions",
+        "_outside/commands",
+        "reference/config",
+        "_outside/outputs",
+        "reference/odd_files",
+        "reference/statements",
+        "reference/tables",
+    ],
+    "Work on it": ["_outside/contributing", "_outside/evidence"],
+}
+
+
+def _complete(app, name, source):
+    """Add the order of the pages to the first one, where GitHub would show it as text, and link the copies in OUTSIDE."""
+    if name == "index":
+        for part, pages in PARTS.items():
+            source[0] += "\n```{toctree}\n:hidden:\n:caption: " + "\n".join([part, "", *pages, "```", ""])
     depth = name.count("/")
     for path, copy in OUTSIDE.items():
         source[0] = source[0].replace(f"]({'../' * (depth + 1)}{path}", f"]({'../' * depth}{copy}")
@@ -117,6 +136,6 @@ def setup(app):
     app.add_lexer("mermaid", TextLexer)
     app.add_html_math_renderer("mathml", inline_renderers=_formula(False), block_renderers=_formula(True))
     app.connect("builder-inited", _write_pages)
-    app.connect("source-read", _uncover)
+    app.connect("source-read", _complete)
     for compile_part in compile_kernels.PARTS.values():  # once, so that no script of the gallery pays for it
         compile_part()

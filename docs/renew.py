@@ -24,9 +24,11 @@ PAGES = sorted(
 CAPTIONS = ROOT / "src" / "sparsurf_study" / "report" / "captions"
 
 
-def renewed(text: str) -> str:
+def renewed(page: Path) -> str:
     """Return a page as the tables and the code have it now."""
-    return table_numbers.renewed(reference.renewed(text))
+    text = reference.renewed(page.read_text(encoding="utf-8"))
+    page_numbers = table_numbers.of_pages().get(page.relative_to(ROOT).as_posix())
+    return table_numbers.renewed(text, page_numbers) if page_numbers else text
 
 
 def captions() -> dict[Path, str]:
@@ -55,7 +57,7 @@ def main() -> None:
     for page in PAGES:
         text = page.read_text(encoding="utf-8")
         try:
-            new = renewed(text)
+            new = renewed(page)
         except ValueError as error:
             sys.exit(f"{page.relative_to(ROOT)}: {error}")
         if new != text:

@@ -1,82 +1,122 @@
-"""Numbers in Markdown, each followed by a comment that names the cells of evidence/tables from which it is written.
+"""Numbers of the pages, written from evidence/tables as docs/numbers.yaml says.
 
-In a sentence or in a cell, the comment follows the number. It names a table, a row by its cells, and a format over the columns:
+An entry of a page is a phrase with the format of its numbers in braces, and the row of a table, by its cells. The phrase stands
+once on the page; {} is a number that another entry writes. `stated` are the numbers that no table holds, such as settings:
 
-    d is +2.28 (+2.06 to +2.51)<!--proteins_d.csv reading=kept range=5: {own:+.2f} ({own_low:+.2f} to {own_high:+.2f})-->.
+    docs/proteins.md:
+      stated: [0.5, 5 %]
+      entries:
+      - phrase: d is {own:+.2f} ({own_low:+.2f} to {own_high:+.2f}) on average
+        row: proteins_d.csv reading=kept range=5
 
-After a table, on lines of its own, a comment describes all rows below the header. Each of its lines stands for all rows that its
-conditions leave, in their order:
+A table is an entry with its header. Each of its parts writes all rows that its conditions leave, in their order:
 
-    | dots / % | Z |
-    | --- | --- |
-    | 5 | 0.56 |
-    | 10 | 0.45 |
-    <!--t.csv "sampler=farthest dots": | {percent:g} | {Z:.2f} |-->
+      - header: '| dots / % | Z |'
+        rows:
+        - row: t.csv "sampler=farthest dots"
+          form: '| {percent:g} | {Z:.2f} |'
 
-A condition with spaces is quoted, and | separates alternatives, as in percent=5|10, except in a cell, which a | would end.
-Rows of several selections are joined by +, in their order; columns of the second selection end in _2, those of the third in _3:
+A condition with spaces is quoted, and | separates alternatives, as in percent=5|10. Rows of several selections are joined by +,
+in their order; columns of the second selection end in _2, those of the third in _3:
 
-    <!--t.csv sampler=farthest + t.csv sampler=uniform: | {percent:g} | {Z:.2f} | {Z_2:.2f} |-->
+    row: t.csv sampler=farthest + t.csv sampler=uniform
 
-For a new number, type ? and its comment, and run docs/renew.py. Neither GitHub nor the book shows a comment.
+For a new number, type ? on the page, and its entry here, and run docs/renew.py.
 """
 
 import re
 import shlex
 import string
+from functools import cache
 from pathlib import Path
 
 import pandas as pd
+import yaml
 
-TABLES = Path(__file__).parent.parent / "evidence" / "tables"
-ROWS = r'\w+\.csv(?:\.gz)?(?: +(?:"[^"\n]*"|[^\s"]+?))*?'
-SOURCE = re.compile(rf"<!--(?={ROWS}:\s)(?P<lines>.*?)-->", re.S)
-LINE = re.compile(rf"(?P<rows>{ROWS}):\s+(?P<form>\S.*)", re.S)
-HEADER = re.compile(r"^\|(?: *:?-+:? *\|)+ *\n", re.M)
+HERE = Path(__file__).parent
+TABLES = HERE.parent / "evidence" / "tables"
 NUMBER = r"[+−-]?(?:\d{1,3}(?:,\d{3})+|\d+)(?:\.\d+)?(?:e[+−-]?\d+)?%?"
 TEXT = r"(?:\([^()\n]*\)|[^\s|(]+)"
+RULE = r"\n\|(?: *:?-+:? *\|)+ *\n"  # between the header of a table and its rows
 
 
-def renewed(text: str, folder: Path = TABLES) -> str:
-    """Return a page with each number as its table gives it; ValueError names the comment that has no cell or no number."""
-    parts, end = [], 0
-    for source in SOURCE.finditer(text):
-        parts += [_renewed(text[end : source.start()], source, folder), source[0]]
-        end = source.end()
-    return "".join(parts) + text[end:]
+# Not the prose of a page: blocks, code, formulas, addresses, headings and the names of versions
+HIDDEN = r"(?ms)^```.*?^```|`[^`\n]*`|\$[^$\n]*\$|\]\([^)]*\)|<[^>]*>|^#.*?$|(?:Python|MSMS|doi:)\s*[\d./]+"
+MEASURED = r"(?<![\w.−])[+−]?(?:\d+(?:,\d{3})*\.\d+(?: %)?|\d+ %)"
 
 
-def _renewed(before: str, source: re.Match[str], folder: Path) -> str:
-    """The text before a comment, with its number or the rows of its table renewed."""
-    lines = [_parsed(line, source[0]) for line in source["lines"].strip().splitlines()]
-    if before.endswith("\n"):
-        if not (header := HEADER.search(before, before.rstrip("\n").rfind("\n\n") + 1)):
-            raise ValueError(f"{source[0]}: it begins a line, but does not follow a table.")
-        rows = [_shown(form, row) for rows, form in lines for row in _cells(rows, form, source[0], folder)]
-        return before[: header.end()] + "".join(f"{row}\n" for row in rows)
-    ((rows, form),) = lines
-    row, *others = _cells(rows, form, source[0], folder)
+@cache
+def of_pages() -> dict[str, dict]:
+    """Return the entries and the stated numbers of each page, by its path in the repository."""
+    return yaml.safe_load((HERE / "numbers.yaml").read_text(encoding="utf-8"))
+
+
+def renewed(text: str, page: dict, folder: Path = TABLES) -> str:
+    """Return a page with each number as its table gives it; ValueError names what does not fit."""
+    covered = [False] * len(text)
+    for entry in page.get("entries", []):
+        write = _with_rows if "header" in entry else _with_numbers
+        start, end, new = write(text, entry, folder)
+        text = text[:start] + new + text[end:]
+        covered[start:end] = [True] * len(new)
+    for hidden in re.finditer(HIDDEN, text):
+        covered[hidden.start() : hidden.end()] = [True] * len(hidden[0])
+    for number in re.finditer(MEASURED, text):
+        if not covered[number.start()] and "stated" in page and number[0] not in map(str, page["stated"]):
+            line = text.count("\n", 0, number.start()) + 1
+            raise ValueError(
+                f"line {line}: no entry of docs/numbers.yaml writes {number[0]}; add one, or the number to `stated` if no "
+                "table holds it."
+            )
+    return text
+
+
+def _with_numbers(text: str, entry: dict, folder: Path) -> tuple[int, int, str]:
+    """The place of a phrase on a page, and the phrase with its numbers renewed."""
+    phrase = entry["phrase"]
+    row, *others = _cells(entry["row"], phrase, phrase, folder)
     if others:
-        raise ValueError(f"{source[0]}: {len(others) + 1} rows, not one.")
-    if not (old := re.search(rf"(?:\?|{_pattern(form, row)})\Z", before)):
-        raise ValueError(f"{source[0]}: no number of this format stands before it; type ? there.")
-    new = _shown(form, row)
-    return before if old[0].split() == new.split() else before[: old.start()] + new
+        raise ValueError(f"{phrase}: {len(others) + 1} rows, not one.")
+    found = _found(text, _pattern(phrase, row), phrase)
+    shown = iter(_shown(phrase, row).split("\0"))  # without the numbers of other entries
+    new = "".join(between + next(shown, "") for between in ["", *found.groups()])
+    same = "".join(found[0].split()) == "".join(new.split())
+    return *found.span(), found[0] if same else _wrapped_as(found[0], new)
 
 
-def _parsed(line: str, comment: str) -> tuple[str, str]:
-    """The conditions and the format of a line of a comment."""
-    if not (found := LINE.fullmatch(line)):
-        raise ValueError(f"{comment}: no format follows the row.")
-    return found["rows"], found["form"]
+def _wrapped_as(old: str, new: str) -> str:
+    """A text with the breaks of lines of an older form, which has as many words."""
+    spaces = iter(re.findall(r"\s+", old))
+    return re.sub(r"\s+", lambda _: next(spaces, " "), new)
 
 
-def _cells(rows: str, form: str, comment: str, folder: Path) -> list[dict]:
+def _with_rows(text: str, entry: dict, folder: Path) -> tuple[int, int, str]:
+    """The place of the rows of a table on a page, and the rows renewed."""
+    header = entry["header"]
+    found = _found(text, rf"(?<![^\n]){re.escape(header)}{RULE}((?:\|.*\n)*)", header)
+    rows = [
+        _shown(part["form"], row)
+        for part in entry["rows"]
+        for row in _cells(part["row"], part["form"], header, folder)
+    ]
+    return *found.span(1), "".join(f"{row}\n" for row in rows)
+
+
+def _found(text: str, pattern: str, words: str) -> re.Match[str]:
+    """The only place of a pattern on a page; ValueError if there is none, or another."""
+    places = [*re.finditer(pattern, text)]
+    if len(places) != 1:
+        lines = "".join(f", line {text.count(chr(10), 0, place.start()) + 1}" for place in places)
+        raise ValueError(f"{words}: stands {len(places)} times on the page{lines}; it must stand once.")
+    return places[0]
+
+
+def _cells(rows: str, form: str, words: str, folder: Path) -> list[dict]:
     """The cells of each row that the conditions leave; those of several selections side by side."""
-    selections = [_selected(one, comment, folder) for one in re.split(r" \+ (?=\w+\.csv)", rows)]
+    selections = [_selected(one, words, folder) for one in re.split(r" \+ (?=\w+\.csv)", rows)]
     if len({*map(len, selections)}) > 1:
         raise ValueError(
-            f"{comment}: its selections have {' and '.join(str(len(one)) for one in selections)} rows."
+            f"{words}: its selections have {' and '.join(str(len(one)) for one in selections)} rows."
         )
     cells = []
     for parts in zip(*selections, strict=True):
@@ -87,12 +127,12 @@ def _cells(rows: str, form: str, comment: str, folder: Path) -> list[dict]:
             _shown(form, row)
     except (KeyError, ValueError) as error:
         raise ValueError(
-            f"{comment}: evidence/tables/{rows.split()[0]} has no such cell ({error!r})."
+            f"{words}: evidence/tables/{rows.split()[0]} has no such cell ({error!r})."
         ) from None
     return cells
 
 
-def _selected(rows: str, comment: str, folder: Path) -> list[dict]:
+def _selected(rows: str, words: str, folder: Path) -> list[dict]:
     """The cells of each row of a table that the conditions leave."""
     file, *conditions = shlex.split(rows)
     try:
@@ -102,9 +142,9 @@ def _selected(rows: str, comment: str, folder: Path) -> list[dict]:
             table = table[table[column].isin([kind(value) for value in values.split("|")])]
         cells = table.to_dict("records")
     except (OSError, KeyError, ValueError) as error:
-        raise ValueError(f"{comment}: evidence/tables/{file} has no such cell ({error!r}).") from None
+        raise ValueError(f"{words}: evidence/tables/{file} has no such cell ({error!r}).") from None
     if not cells:
-        raise ValueError(f"{comment}: evidence/tables/{file} has no such row.")
+        raise ValueError(f"{words}: evidence/tables/{file} has no such row.")
     return cells
 
 
@@ -113,20 +153,24 @@ def _shown(form: str, row: dict) -> str:
     parts = [
         re.sub(r"\S.*\S|\S", "", part)
         if any(pd.isna(row[name]) for name in _names(part))
-        else part.format_map(row)
+        else part.replace("{}", "\0").format_map(row)
         for part in form.split("|")
     ]
     return re.sub(r"(?<![\w.])-(?=[\d.])", "−", "|".join(parts))
 
 
 def _names(form: str) -> list[str]:
+    """The columns whose values a format takes."""
     return [name for _, name, _, _ in string.Formatter().parse(form) if name]
 
 
-def _pattern(form: str, row: dict) -> str:
-    """What an older text of a format looks like; a break of a line counts as a space."""
+def _pattern(phrase: str, row: dict) -> str:
+    """What a phrase looks like on the page, with a group for each number of another entry; a break of a line is a space."""
     parts = []
-    for words, name, _, _ in string.Formatter().parse(form):
+    for words, name, _, _ in string.Formatter().parse(phrase):
         parts.append(r"\s+".join(re.escape(word) for word in re.split(r"\s+", words)))
-        parts.append("" if name is None else TEXT if isinstance(row[name], str) else NUMBER)
-    return "".join(parts)
+        if name == "":
+            parts.append(f"({NUMBER})")
+        elif name:
+            parts.append(TEXT if isinstance(row[name], str) else rf"(?:\?|{NUMBER})")
+    return rf"(?<![\w.,−+]){''.join(parts)}(?![\w%]|[.,]\d)"

@@ -67,7 +67,7 @@ def prose(path: Path) -> Iterator[tuple[int, str]]:
     if path.suffix == ".py":
         yield from strings(ast.parse(text))
     elif path.suffix == ".md":
-        hidden = r"(?ms)^```.*?^```|<!--(?! book).*?-->|`[^`\n]*`"
+        hidden = r"(?ms)^```.*?^```|<!--.*?-->|`[^`\n]*`"
         yield 1, re.sub(hidden, lambda part: "`" + "\n" * part[0].count("\n"), text)
     else:
         yield 1, text

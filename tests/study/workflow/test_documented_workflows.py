@@ -20,7 +20,9 @@ from sparsurf_study import manifest
 pytestmark = pytest.mark.slow
 
 TEXT = (ROOT / "docs" / "cluster.md").read_text(encoding="utf-8")
-WORKFLOWS = dict(re.findall(r"<!-- workflow: (\w+) -->\n\n```python\n(.*?)```", TEXT, re.S))
+# In their order: the whole study, with a prefix, one of its files, and with a rule replaced
+NAMES = ("whole", "prefix", "roughness", "overridden")
+WORKFLOWS = dict(zip(NAMES, re.findall(r"```python\n(configfile.*?)```", TEXT, re.S), strict=True))
 STUDY = """\
 run: my_study
 sampling: false
