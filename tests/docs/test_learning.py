@@ -39,7 +39,7 @@ def structures():
 
 @pytest.fixture(scope="module")
 def done(tmp_path_factory):
-    """The folder in which all code of the page was run, with labels of all residues but those of one structure's half."""
+    """The folder in which all code of the page was run, with chains L, H and G that lie side by side in this order."""
     folder = tmp_path_factory.mktemp("learning")
     (folder / "chains").mkdir()
     for path in structures():
@@ -47,20 +47,13 @@ def done(tmp_path_factory):
     first = sorted((folder / "chains").iterdir())[0]
     content = first.read_bytes()
     (folder / "protein.pdb").write_bytes(gzip.decompress(content) if first.suffix == ".gz" else content)
-    named = {path.name.split(".")[0]: path for path in (folder / "chains").iterdir()}
-    parts = []
-    for name, path in (named | {"protein": folder / "protein.pdb"}).items():
-        residues = sparsurf.read_molecule(path).residues
-        parts.append(
-            residues.assign(name=name, label=np.arange(len(residues)) % 3 == 0).iloc[: -len(residues) // 2]
-        )
-    labels = pd.concat(parts).astype({"label": int})
-    labels[["name", "chain", "residue", "label"]].to_csv(folder / "labels.csv", index=False)
     text = (ROOT / "docs" / "learning.md").read_text(encoding="utf-8")
     code = re.findall(r"^```python\n(.*?)^```", text, re.M | re.S)
     code = [block for block in code if "torch" not in block or find_spec("torch")]
     chains = (peptide(chain=chain, origin=(0, 5 * k, 0)) for k, chain in enumerate("LHG"))
     (folder / "fab_antigen.pdb").write_text("TER\n".join(chains) + "END\n", encoding="utf-8")
+    two = (peptide(chain=chain, origin=(0, 5 * k, 0)) for k, chain in enumerate("AB"))
+    (folder / "dimer.pdb").write_text("TER\n".join(two) + "END\n", encoding="utf-8")
     commands = re.findall(r"^```bash\nsparsurf (.*?)^```", text, re.M | re.S)
     environment = os.environ | {"PYTHONPATH": str(ROOT / "src")}
     calls = [["-m", "sparsurf", *command.split()] for command in commands]
@@ -72,34 +65,34 @@ def done(tmp_path_factory):
     return folder
 
 
-def labels_of(folder):
-    """The table of labels; the chain of a structure may have no name."""
-    return pd.read_csv(folder / "labels.csv", dtype={"chain": str, "residue": str}, keep_default_na=False)
-
-
-def test_the_data_set_has_the_points_of_the_functions_with_labels_of_residues(done):
+def test_the_data_set_has_the_points_of_the_first_group_with_labels_of_the_interface(done):
     names = ["roughness", "hydropathy", "potential", "hbond", "mean_curvature"]
-    labels = labels_of(done)
     examples = pd.read_pickle(done / "data.pickle")
-    results = list(sparsurf.points_of(done / "chains", 1024, fields=names))
-    assert len(examples) == len(results) == len(structures())
-    for (position, features, label), few in zip(examples, results, strict=True):
+    assert len(examples) == 2
+    for (position, features, label), (file, chains, groups) in zip(
+        examples, (("fab_antigen.pdb", "H,L", "H,L+G"), ("dimer.pdb", "A", "A+B")), strict=True
+    ):
         assert position.dtype == features.dtype == label.dtype == np.float32
+        few = sparsurf.points(sparsurf.read_molecule(done / file, chains=chains), 1024, fields=names)
         assert np.array_equal(position, few.points) and np.array_equal(features[:, :3], few.normals)
         for k, name in enumerate(names):
             assert np.array_equal(features[:, 3 + k], few.fields[name]), name
-        own = labels[labels["name"] == few.name].set_index(["chain", "residue"])["label"].to_dict()
-        keys = few.to_frame()[["chain", "residue"]].itertuples(index=False, name=None)
-        assert np.array_equal(label, [own.get(key, np.nan) for key in keys], equal_nan=True)
-        assert np.isnan(label).any() and {*label[~np.isnan(label)]} == {0, 1}
-    table = results[0].to_frame()
-    mean = table.groupby(["chain", "residue"], sort=False)["roughness"].mean()
+        areas = sparsurf.areas(done / file, groups=groups)
+        untouched = np.flatnonzero(areas.buried[: len(few.molecule.name)] == 0)
+        on_contact = (few.surface.kind == 0) & np.isin(few.atom, untouched)
+        assert on_contact.any() and not label[on_contact].any() and 0.02 < label.mean() < 0.5
+    first = sparsurf.points(
+        sparsurf.read_molecule(done / "fab_antigen.pdb", chains="H,L"), 1024, fields=names
+    )
+    mean = first.to_frame().groupby(["chain", "residue"], sort=False)["roughness"].mean()
     assert pd.read_csv(done / "by_residue.csv")["mean"].to_numpy() == pytest.approx(mean, abs=1e-5)
+    table = pd.read_parquet(done / "points.parquet")
+    assert table["name"].nunique() == len(structures()) and len(table) == 1024 * len(structures())
 
 
 def test_the_ply_follows_the_rules_of_the_readers_of_masif_and_dmasif(done):
     """Text; every number of a vertex belongs to a property of the type float; single blanks; triangles of three numbers."""
-    head, body = (done / "protein_A.ply").read_text(encoding="ascii").split("end_header\n")
+    head, body = (done / "fab.ply").read_text(encoding="ascii").split("end_header\n")
     lines = head.splitlines()
     assert lines[:2] == ["ply", "format ascii 1.0"] and "property list uchar int vertex_indices" in lines
     n, f = (int(line.split()[2]) for line in lines if line.startswith("element"))
@@ -112,7 +105,8 @@ def test_the_ply_follows_the_rules_of_the_readers_of_masif_and_dmasif(done):
     triangles = np.array([[int(number) for number in row.split(" ")] for row in rows[n:]])
     vertices = dict(zip(names, values.T, strict=True))
     assert (triangles[:, 0] == 3).all() and {*triangles[:, 1:].ravel()} == {*range(n)}
-    mesh = sparsurf.mesh(done / "protein.pdb", 4096, fields=["potential", "hbond", "hydropathy"])
+    dots = sparsurf.surface(done / "fab_antigen.pdb", groups="H,L+G", cavities="remove")
+    mesh = sparsurf.mesh(dots, 4096, fields=["potential", "hbond", "hydropathy", "burial"])
     for field, name, unit in (
         ("potential", "charge", 0.1),
         ("hbond", "hbond", 1),
@@ -125,10 +119,7 @@ def test_the_ply_follows_the_rules_of_the_readers_of_masif_and_dmasif(done):
     )  # as both programs do, which must not flatten the potential
     assert clipped < 0.1
     assert np.abs(vertices["hbond"]).max() == 1 and {*vertices["iface"]} == {0, 1}
-    labels = labels_of(done).query("name == 'protein' and label == 1")
-    labelled = {*labels[["chain", "residue"]].itertuples(index=False, name=None)}
-    keys = mesh.to_frame()[["chain", "residue"]].itertuples(index=False, name=None)
-    assert vertices["iface"].tolist() == [key in labelled for key in keys]
+    assert np.array_equal(vertices["iface"], mesh.vertices.fields["burial"] > 1e-6)
 
 
 def test_values_have_the_units_and_ranges_of_masif(done):
@@ -151,13 +142,13 @@ def test_no_mesh_of_the_page_has_the_wall_of_a_cavity(done):
     assert table["cavity"].sum() == 4
     walls = dots.points[(component == 1) & (dots.kind == 0)]  # of the largest cavity
     assert cKDTree(mesh.vertices.points).query(walls)[0].min() > 1
-    with np.load(done / "protein.npz") as held:
+    with np.load(done / "fab.npz") as held:
         assert len(held["verts"]) == 4096
 
 
 def test_plyfile_finds_what_dmasif_asks_for(done):
     plyfile = pytest.importorskip("plyfile")
-    found = plyfile.PlyData.read(done / "protein_A.ply")
+    found = plyfile.PlyData.read(done / "fab.ply")
     assert np.vstack(found["face"].data["vertex_indices"]).shape[1] == 3
     for name in ("nx", "ny", "nz", "iface", "charge", "hbond", "hphob"):
         assert np.isfinite(found["vertex"][name]).all()
@@ -173,14 +164,14 @@ def test_burial_labels_the_points_that_the_antigen_covers(done):
 
 
 def test_the_npz_is_a_closed_mesh_with_exact_normals(done):
-    with np.load(done / "protein.npz") as held:
+    with np.load(done / "fab.npz") as held:
         verts, faces, normals = held["verts"], held["faces"], held["normals"]
     assert verts.dtype == normals.dtype == np.float32 and faces.dtype == np.int32
     assert verts.shape == normals.shape and faces.shape[1] == 3
     edges = np.concatenate([faces[:, [k, (k + 1) % 3]] for k in range(3)])
     back = {*map(tuple, edges[:, ::-1].tolist())}
     assert back == {*map(tuple, edges.tolist())} and len(back) == len(edges)
-    again = read_surface(done / "protein_A.ply")
+    again = read_surface(done / "fab.ply")
     assert again.points == pytest.approx(verts, abs=6e-5) and again.normals == pytest.approx(
         normals, abs=6e-5
     )

@@ -1067,7 +1067,7 @@ EIGHTH = {  # answers to other questions than were asked: command, and words of 
 def test_what_people_asked_is_answered_or_refused(shared, tmp_path, capsys, words):
     expected = EIGHTH[words]
     if ".parquet" in words:
-        pytest.importorskip("pyarrow", reason="pyarrow is installed by the extra `parquet`")
+        pytest.importorskip("pyarrow", reason="pyarrow is installed by the extra `many`")
     if ".png" in words:
         pytest.importorskip("matplotlib", reason="matplotlib is installed by the extra `plot`")
     line = [str(shared / "data" / "bad" / "eighth" / word) if word.startswith(("scores", "plain", "site", "ligand_", "dimer_",

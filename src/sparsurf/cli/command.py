@@ -32,9 +32,9 @@ COMMANDS = {
     "show": "an interactive page of a molecule: its surface, roughness, fields and residues",
     "surface": "dots with normals of the solvent-excluded surface of a molecule",
     "roughness": "local roughness of every dot",
-    "residues": "area, roughness and fields of every residue",
-    "areas": "accessible, excluded and buried area of every atom, residue or chain, exactly",
-    "frames": "area, roughness and fields of every residue in every frame of a trajectory",
+    "residues": "area, roughness and fields, such as the B factor, of the surface of every residue",
+    "areas": "accessible (SASA), excluded and buried area of atoms, residues, chains, ligands and groups, exactly",
+    "frames": "areas and burial, roughness and fields of every residue and ligand in every frame of a trajectory",
     "points": "a few points with normals of a structure, or of every structure of a folder",
     "minimal": "keep few dots that represent a surface",
     "atoms": "the atoms that determine the surface of a molecule exactly",
@@ -59,6 +59,9 @@ examples:
   sparsurf show protein.pdb
   sparsurf surface protein.pdb -o dots.ply
   sparsurf roughness protein.pdb -o - | head
+  sparsurf areas fab_antigen.pdb --groups H,L+G --of pairs -o -
+  sparsurf frames complex.pdb --trajectory run.xtc --ligands LIG -o run.csv
+  sparsurf residues protein.pdb --fields bfactor -o residues.csv
   sparsurf minimal protein.pdb --percent 10 -o minimal.csv
   sparsurf recover minimal.csv -o dense.ply
   sparsurf surface --help

@@ -1,5 +1,8 @@
 """What buries what: chains, ligands and named groups, against positions on spheres that are tried one by one."""
 
+import gzip
+from pathlib import Path
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -7,10 +10,12 @@ import pytest
 import sparsurf
 from conftest import sphere
 from peptides import atom_line, peptide, write
+from sparsurf.api.surroundings import contacts_on_page
 from sparsurf.cli import command
 from sparsurf.errors import InputError
 from sparsurf.molecules.selection import groups_of_atoms, partners_of_atoms
 from sparsurf.surfaces.radii import radii as radii_of
+from sparsurf.surfaces.surface import Placement
 
 NAMES = ("ALA", "SER", "LYS")
 FAR = 0.35  # Å^2 that areas by positions may differ from exact ones
@@ -262,3 +267,58 @@ def test_side_chains_and_polar_atoms_of_a_structure(shared):
     assert table.loc["226", "accessible"] == pytest.approx(173.6, abs=0.05)
     assert 31.0 <= table.loc["210", "side_chain"] <= 31.2
     assert areas.chains[["polar", "apolar"]].iloc[0].tolist() == pytest.approx([2885.5, 2921.7], abs=1.5)
+
+
+def test_contacts_pairs_and_the_page_agree_on_a_dimer_with_its_ligand(shared):
+    molecule = sparsurf.read_molecule(shared / "data/structures/1hvr_dimer_ligand_CSO.pdb", ligands="XK2")
+    areas = sparsurf.areas(molecule)
+    assert set(areas.pairs["chain"]) == {"A", "B", "XK2 263 A"}
+    sums = areas.contacts.assign(own=partners_of_residues(areas)).groupby(["own", "partner"])["buried"].sum()
+    pairs = areas.pairs.set_index(["chain", "other"])["buried"]
+    pd.testing.assert_series_equal(sums, pairs.sort_index(), check_names=False)
+    page = contacts_on_page(molecule, [molecule.xyz[0]], Placement())
+    names = {f"chain {name}": name for name in "AB"}
+    listed = areas.contacts[areas.contacts["buried"] >= 0.5].sort_values("buried", ascending=False)
+    assert page["mean"].tolist() == pytest.approx(listed["buried"].tolist())
+    assert page["partner"].replace(names).tolist() == listed["partner"].tolist()
+    labels = molecule.residues.iloc[page["number"]]
+    assert labels["residue"].tolist() == listed["residue"].tolist()
+
+
+def partners_of_residues(areas):
+    """The partner that each residue of the contacts belongs to."""
+    molecule = areas.molecule
+    own = dict(zip(molecule.residue_index, areas.partners.labels, strict=True))
+    numbers = {
+        label: k
+        for k, label in enumerate(molecule.residues[["chain", "residue"]].itertuples(index=False, name=None))
+    }
+    labels = areas.contacts[["chain", "residue"]].itertuples(index=False, name=None)
+    return [own[numbers[label]] for label in labels]
+
+
+def test_groups_have_the_areas_of_another_program(shared, tmp_path):
+    """Of FreeSASA, by 100 slices of each atom, for the chains of 46 complexes together and alone."""
+    freesasa = pytest.importorskip("freesasa", reason="freesasa is installed by the extra `evidence`")
+    parameters = freesasa.Parameters({"algorithm": freesasa.LeeRichards, "n-slices": 100, "n-threads": 1})
+
+    def accessible(xyz, radii):
+        result = freesasa.calcCoord(xyz.ravel(), radii, parameters)
+        return np.array([result.atomArea(k) for k in range(len(radii))])
+
+    paths = sorted((shared / "data/complexes/bound").glob("*_l.pdb.gz"))
+    assert len(paths) == 46
+    for path in paths:
+        sides = [gzip.decompress(Path(str(path).replace("_l.", f"_{side}.")).read_bytes()) for side in "rl"]
+        lines = [line for side in sides for line in side.splitlines(True) if line.startswith(b"ATOM")]
+        (tmp_path / "both.pdb").write_bytes(b"".join(lines))
+        areas = sparsurf.areas(tmp_path / "both.pdb", groups="A+B", radii="bondi")
+        molecule, table = areas.molecule, areas.groups
+        xyz, radii = molecule.xyz[0].round(3), radii_of(molecule, "bondi")
+        together = accessible(xyz, radii)
+        for k, name in enumerate("AB"):
+            own = molecule.chain == name
+            alone = accessible(xyz[own], radii[own]).sum()
+            row = table.iloc[k]
+            assert row["accessible"] == pytest.approx(together[own].sum(), rel=1e-3), path.name
+            assert row["accessible"] + row["buried"] == pytest.approx(alone, rel=1e-3), path.name

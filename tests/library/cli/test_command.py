@@ -58,7 +58,12 @@ def write_run_in_batches(place):
 def folder(tmp_path_factory):
     """A folder with the files that the examples name, small ones."""
     place = tmp_path_factory.mktemp("commands")
-    read_molecule(TDP43, residues="209-216").write_pdb(place / "protein.pdb")
+    part = read_molecule(TDP43, residues="209-216")
+    part.write_pdb(place / "protein.pdb", b_factor=np.arange(part.n_atoms) % 90.0)
+    (place / "apbs.dx").write_text(
+        "object 1 class gridpositions counts 2 2 2\norigin 0 0 0\ndelta 99 0 0\ndelta 0 99 0\ndelta 0 0 99\n"
+        "object 3 class array type double rank 0 items 8 data follows\n0 1 2 3 4 5 6 7\n"
+    )
     shutil.copy(place / "protein.pdb", place / "run.pdb")
     write_run_in_batches(place)
     (place / "models.pdb").write_text(models(place / "protein.pdb", 3))
@@ -131,7 +136,8 @@ def test_every_example_of_the_help_runs(folder, line, tmp_path, monkeypatch, cap
 
 def test_every_sentence_about_formats_names_each_that_is_read(folder, capsys):
     """By the last word of its label, such as the CARD of CHARMM."""
-    ended("surface", folder / "dots.csv", "-o", "-")
+    (folder / "notes.txt").write_text("Of the protein\n")
+    ended("surface", folder / "notes.txt", "-o", "-")
     refusal, texts = capsys.readouterr().err, []
     for path in ("docs/trajectory.md", "docs/reference/config.md"):
         texts.append((ROOT / path).read_text(encoding="utf-8"))
@@ -531,7 +537,7 @@ def test_the_z_of_a_subset_and_of_the_mean_patch_are_those_of_a_comparison(folde
 MISTAKES = [  # one of each kind: the command, its exit code, and what its sentence holds
     ("surface no.pdb -o x.csv", 1, "no.pdb does not exist"),
     ("surface . -o x.csv", 1, ". is a folder; give one structure"),
-    ("surface dots.csv -o x.csv", 1, "dots.csv is not a structure"),
+    ("surface dots.csv -o x.csv", 1, "dots.csv holds dots, and dots hold no atoms"),
     ("surface protein.pdb", 2, "-o/--output"),
     ("surface protein.pdb --frame 1 -o x.csv", 1, "no frame 1"),
     ("surface protein.pdb --chains Q -o x.csv", 1, "chain"),
