@@ -96,6 +96,14 @@ def test_equal_distances_have_no_error():
     assert (found.error == 0).all() and (found.low == 1).all() and (found.high == 1).all()
 
 
+def test_the_variance_of_draws_that_undo_one_another_is_that_of_what_is_left():
+    """The means of all draws and of all test dots are 0, so that their mean squares without the residual's are below 0."""
+    found = estimate(
+        np.array([[1.0, -1.0], [-1.0, 1.0]])
+    )  # the residual's mean square is 4, over 1 degree of freedom
+    assert found.mean == 0 and found.error == 1.0
+
+
 def test_held_out_values_did_not_choose():
     # by the letter: the winner of a place is that of the sums over all other folds of draws and test dots
     x = np.random.default_rng(5).normal(size=(7, 4, 6))

@@ -16,7 +16,9 @@ from sparsurf.molecules.atom_table import box_vectors
 from sparsurf.molecules.libraries import from_mdtraj
 from sparsurf.molecules.mdtraj_process import iterate_frames
 from sparsurf.molecules.molecule import Molecule
+from sparsurf.molecules.parm7 import read_parm7
 from sparsurf.molecules.pdb import read_pdb, write_pdb
+from sparsurf.molecules.psf import read_psf
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.molecules.source import open_source
 from sparsurf.molecules.trajectory import FrameStore, read_first_frame
@@ -658,3 +660,33 @@ def test_a_complex_that_the_box_of_a_pdb_file_cuts_is_joined_and_a_crystal_is_no
     moving.xyz[1] += 0.01
     joined = crystal - np.repeat([[0, 0, 0], [0, 0, 40.0]], 20, axis=0)  # a trajectory is no crystal
     assert from_mdtraj(moving).xyz[0] == pytest.approx(joined, abs=2e-3)
+
+
+def test_numbers_of_a_psf_file_beyond_9999_are_hexadecimal_and_all_before_are_not(tmp_path):
+    labels = ["1000", "9998", "9999", "2710", "2711"]
+    rows = [f"{k:8d} P    {label:4s} ALA  CA   CT1   0.07   12.0   0" for k, label in enumerate(labels, 1)]
+    path = tmp_path / "long.psf"
+    path.write_text("\n".join(["PSF", "", f"{len(rows):8d} !NATOM", *rows, ""]))
+    found = read_psf(open_source(path)).atoms.residue
+    assert [*found] == ["1000", "9998", "9999", "10000", "10001"]
+
+
+def test_an_atom_without_a_number_among_others_is_an_extra_point(tmp_path):
+    """Of a water of four points in an AMBER topology."""
+    flags = {
+        "POINTERS 10I8": [4, *[0] * 10, 1, *[0] * 19], "ATOM_NAME 20a4": ["O", "H1", "H2", "EPW"],
+        "ATOMIC_NUMBER 10I8": [8, 1, 1, 0],
+        "RESIDUE_LABEL 20a4": ["WAT"], "RESIDUE_POINTER 10I8": [1],
+        "BONDS_INC_HYDROGEN 10I8": [0, 3, 1, 0, 6, 1, 0, 9, 1], "BONDS_WITHOUT_HYDROGEN 10I8": [],
+    }  # fmt: skip
+    lines = ["%VERSION  VERSION_STAMP = V0001.000  DATE = 01/01/26  00:00:00"]
+    for flag, words in flags.items():
+        name, form = flag.split()
+        width = int(form[-1])
+        per_line = int(form[:2])
+        texts = [f"{word:<{width}}" if form[-2] == "a" else f"{word:>{width}}" for word in words]
+        lines += [f"%FLAG {name}", f"%FORMAT({form})"]
+        lines += ["".join(texts[k : k + per_line]) for k in range(0, max(len(texts), 1), per_line)]
+    path = tmp_path / "water.parm7"
+    path.write_text("\n".join([*lines, ""]))
+    assert [*read_parm7(open_source(path)).atoms.element] == ["O", "H", "H", "EP"]
