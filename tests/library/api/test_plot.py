@@ -129,15 +129,13 @@ def test_a_view_opens_with_its_values_and_is_that_of_show(tmp_path, monkeypatch)
     for result in (dots, alone, few):
         assert result.show(tmp_path / "x.html").html == sparsurf.show(result, open_browser=False).html
     assert "The 4 roughest residues" in dots.show(tmp_path / "x.html").html
-    of_corners, of_dots = "corners", "values"
-    cases = (dots, of_corners, "corner 1", "all"), (alone, of_dots, 1, "all"), (few, of_dots, 1, "minimal")
-    for result, place, colour, opens in cases:
+    for result, opens in (dots, None), (alone, "none"), (few, "minimal"):
         values = few.points[:, 0] if result is few else dots.points[:, 0]
         header = header_of(result.show(values, path=tmp_path / "x.html").html)
-        assert header["colour"] == colour and header.get("sampler", "all") == opens
-        scales = {scale["symbol"]: scale for scale in header[place]}
+        assert header["colour"] == "value 1" and header.get("dots", {}).get("sampler") == opens
+        scales = {scale["symbol"]: scale for scale in header["values"]}
         assert [*scales][:2] == ["R_i", "value"] and "value" not in {
-            scale["symbol"] for scale in header_of(result.show(tmp_path / "x.html").html)[place]
+            scale["symbol"] for scale in header_of(result.show(tmp_path / "x.html").html)["values"]
         }
         assert (scales["value"]["low"], scales["value"]["high"]) == pytest.approx(
             (values.min(), values.max())

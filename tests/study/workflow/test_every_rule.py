@@ -243,7 +243,11 @@ def test_the_first_page_of_a_surface_shows_its_roughness_and_residues(run, place
         scale = header["values"][0]
         of_dots = scale["low"] + columns["value 0"] / 254 * (scale["high"] - scale["low"])
         assert np.abs(of_dots - roughness).max() <= (scale["high"] - scale["low"]) / 254 / 2 + 1e-6
-        assert scale["symbol"] == "R_i" and header["radius"] == 4.0 and header["total"] == len(surface)
+        assert (
+            scale["symbol"] == "R_i"
+            and header["dots"]["radius"] == 4.0
+            and header["dots"]["total"] == len(surface)
+        )
     title = place if "moving" in place else "ready"
     assert f"<title>{title}" in text
     assert 'href="view.html"' in text and 'href="../../index.html"' in text
@@ -478,7 +482,7 @@ def test_the_page_of_a_pair_shows_each_partner_by_its_own_ranks(run, pair):
     """Dots of both partners, the second after the first, each with its rank among its own, its gap and its residue."""
     header, columns = unpacked((run / "pairs" / pair / "view.html").read_text(encoding="utf-8"))
     dots = pd.read_csv(run / "pairs" / pair / "propensity.csv", low_memory=False)
-    assert header["total"] == len(dots)
+    assert header["dots"]["total"] == len(dots)
     ranks = dots.groupby("partner")["propensity_smoothed"].rank(pct=True) * 100
     for name, wanted in (("rank", ranks), ("gap", dots["gap"])):
         (k,) = (k for k, scale in enumerate(header["values"]) if scale["symbol"] == name)
@@ -580,7 +584,7 @@ def test_pages_of_two_forms_show_them_superposed_with_what_changes_in_front(run)
         text = (run / f"changes/bend/view_{side}.html").read_text(encoding="utf-8")
         assert f"<title>bend, moving/f{int(form[1:])}</title>" in text
         header, columns = unpacked(text)
-        shown.append(np.column_stack([columns[axis] for axis in "xyz"]) * header["step"])
+        shown.append(np.column_stack([columns[axis] for axis in "xyz"]) * header["dots"]["step"])
         as_given.append(read_npz(run / f"moving/{form}/surface.npz").points)
         assert np.allclose(np.ptp(pdist(shown[-1][::40])), np.ptp(pdist(as_given[-1][::40])), atol=0.02)
         change = np.where(columns["value 1"] == 255, 0, columns["value 1"])

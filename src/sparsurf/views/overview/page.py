@@ -204,11 +204,6 @@ def _range(values: DotValues) -> dict[str, Any]:
     return {"name": values.name, "unit": values.unit.strip(), "low": low, "mean": mean, "high": high}
 
 
-def listed(names: Sequence[str]) -> str:
-    """Return names as a list in a sentence: 'a, b and c'."""
-    return " and ".join(filter(None, [", ".join(names[:-1]), names[-1]]))
-
-
 def render_template(template: str, **context: Any) -> str:
     """Render a template of this folder."""
     from markupsafe import Markup
