@@ -19,6 +19,7 @@ from sparsurf.api.surroundings import (
     MAX_NAMED,
     contacts_on_page,
     drawn_without_surface,
+    relative_areas,
     with_surroundings,
 )
 from sparsurf.api.whole import WholeSurface, whole_surface, with_patches
@@ -89,6 +90,7 @@ def page_of_surface(
         MAX_LARGE_BYTES,
         DotValues,
         PageScene,
+        ResidueValues,
         roughness_values,
     )
     from sparsurf.views.page.shapes import DrawnAtoms, Shape
@@ -145,12 +147,15 @@ def page_of_surface(
     has_kinds = values is None and colour == "kind" and (surface.kind >= 0).any()
     first = 0 if not has_roughness or values is None else 1  # the roughness comes before the values
     atoms = buried = None
+    numbers = [] if table is None else [*numbers_of_residues(table)]
     messages, xyz = about.heard, np.empty((0, 3))
     sentences = [*about.notes, *(messages.sentences if messages else ()), *of_fields.sentences]
     if molecule is not None and surface.origin is not None:
         drawn = with_surroundings(molecule)
         atoms, xyz = DrawnAtoms(drawn, molecule.n_residues), drawn.xyz[surface.origin.frame]
         buried = contacts_on_page(drawn, [xyz], surface.origin.rules)
+        relative = relative_areas(molecule, surface.origin.frame, surface.origin.rules)
+        numbers += [ResidueValues("relative accessible area", "", relative[None], 2, "buried", "exposed")]
         sentences += drawn_without_surface(drawn, molecule.n_atoms)
         if atoms.is_trace:
             sentences.append("The picture holds one atom of each residue, since the molecule is large.")
@@ -170,7 +175,7 @@ def page_of_surface(
         atoms,
         surface,
         named,
-        numbers=[*numbers_of_residues(table)] if table is not None else (),
+        numbers=numbers,
         dots=dots,
         contacts=buried,
         colour="kind" if has_kinds or not named else f"value {first}",

@@ -7,13 +7,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sparsurf.api.areas import contacts_over_frames, refuse_overlapping_partners, sums_of_contacts
+from sparsurf.api.areas import (
+    contacts_over_frames,
+    maximal_areas,
+    refuse_overlapping_partners,
+    sums_of_contacts,
+)
 from sparsurf.errors import InputError
 from sparsurf.messages import no_warnings
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.molecules.selection import POLYMERS, Partners, partners_of_atoms
-from sparsurf.surfaces.areas import contacts_of_spheres
+from sparsurf.surfaces.areas import areas_of_spheres, contacts_of_spheres
 from sparsurf.surfaces.radii import RADII, radii
 from sparsurf.surfaces.vectors import pairs_within
 
@@ -109,3 +114,16 @@ def contacts_on_page(drawn: Molecule, frames: Iterable[np.ndarray], rules: Rules
     table["own"] = partners.labels[first[table["number"]]]
     table = table[table["mean"] >= LEAST_BURIED]
     return table.sort_values("mean", ascending=False, kind="stable", ignore_index=True)
+
+
+def relative_areas(molecule: Molecule, frame: int, rules: Rules) -> np.ndarray:
+    """Return the relative accessible area of each residue of a molecule, (R,); NaN where it is not known, or is too much work."""
+    if molecule.n_atoms > MAX_ATOMS:
+        return np.full(molecule.n_residues, np.nan)
+    xyz, table = molecule.xyz[frame].round(3), rules.radii if rules.radii in RADII else "dms"
+    partner = np.zeros(molecule.n_atoms, int)
+    accessible = areas_of_spheres(
+        xyz, radii(molecule, table), rules.probe_radius, partner, with_excluded=False
+    ).accessible
+    names = molecule.residues["residue_name"].to_numpy(str)
+    return np.bincount(molecule.residue_index, accessible) / maximal_areas(names)

@@ -148,14 +148,15 @@ def test_the_library_is_the_one_that_is_named():
 
 def test_a_residue_chosen_anywhere_is_shown_everywhere(opened, dots):
     """In the picture, in the list, in the profile, by search and in the table of the roughest."""
-    table = sparsurf.residues(dots)
+    table, relative = sparsurf.residues(dots), sparsurf.areas(TDP43).residues["relative"]
     labels = [f"{row.residue_name} {row.residue}" for row in table.itertuples()]
     listed = table[table["area"] >= 20].sort_values("mean_roughness").index
 
     def shown(residue):
         assert opened.run(CHOSEN) == dict.fromkeys(("list", "profile", "words"), labels[residue])
-        number = f"area {table['area'][residue]:.0f} Å²"
-        assert number in opened.run("return document.getElementById('chosen').textContent")
+        words = opened.run("return document.getElementById('chosen').textContent")
+        assert f"area {table['area'][residue]:.0f} Å²" in words
+        assert f"relative accessible area {relative[residue]:.2f}" in words
 
     opened.run("document.querySelector('table button.residue').click()")
     shown(listed[0])
