@@ -145,6 +145,7 @@ ELSEWHERE = {
     ("read_molecule", "assembly"): "molecules/test_assemblies.py",
     ("write", "frame"): "api/test_writing.py",
     ("write", "colours"): "api/test_writing.py",
+    ("write", "column"): "api/test_writing.py",
     ("points_of", "jobs"): "api/test_points.py",
     ("frames", "jobs"): "api/test_frames.py",
     ("frames", "rank_by"): "api/test_frames.py",
