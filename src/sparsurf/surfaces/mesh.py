@@ -54,7 +54,8 @@ GRID_STEP = 0.5  # Å
 MARGIN_STEPS = 2  # of the grid around the surface
 MAX_GRID_POINTS = 400_000_000  # more would take over 4 GB
 MIN_SHARE_OF_EDGE = 0.02  # between a vertex and the end of its edge
-BYTES_PER_GRID_POINT = 20  # values, cut edges and numbers of vertices
+# values, distances and cut edges of a mesh between dots; one of spheres takes a quarter of it
+BYTES_PER_GRID_POINT = 20
 SAME_DEPTH = 1e-9  # Å; of two spheres that are equally near, either decides
 SLAB_POINTS = 4_000_000  # of the grid whose values are held at once
 # Where the deepest sphere puts a grid point: far from all, where a probe's centre may be, in reach of a probe, in a sphere
