@@ -237,7 +237,7 @@ def draw(table: pd.DataFrame) -> Figure:
     left.set_ylabel("mean error (Å)")
     left.legend(loc="lower left")
     right.set_xlabel("atoms")
-    right.set_ylabel("mean error × dots per Å² (Å)")
+    right.set_ylabel("mean error × dots per Å² (Å⁻¹)")
     right.set_ylim(0, None)
     layout.panel_title(left, "A", "Error by density")
     layout.panel_title(right, "B", "Error × density by size")
