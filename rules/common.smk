@@ -16,6 +16,7 @@ from sparsurf_study.config.check import check_config, proteins, sampled_proteins
 from sparsurf_study.workflow.jobs import let_jobs_import_packages
 from sparsurf_study.workflow.ends import answers_of_run, reasons
 from sparsurf_study.config.memory import memory_of_grid
+from sparsurf_study.workflow.folders import hold_folder
 from sparsurf_study.workflow.origin import note_config, origin_of
 from sparsurf_study.config.conformations import first_column, has_one_model, without_zeros
 from sparsurf_study.workflow.slurm import guard_slurm
@@ -138,6 +139,8 @@ def changed_results(wildcards):
 
 def begin_run():
     """Say what is replaced or was changed after the run; its checksums are of finished results, which are about to change."""
+    if not hold_folder():
+        raise SystemExit("\nAnother study runs in this folder; wait for it to end.\n")
     end_jobs_on_sigterm()
     if workflow.executor_plugin.name == "slurm":
         guard_slurm()

@@ -1,5 +1,7 @@
 """The folder in which a study runs, and the one with the default study."""
 
+import fcntl
+import os
 from pathlib import Path
 
 from sparsurf.errors import InputError
@@ -26,3 +28,14 @@ def default_config(folder: Path) -> Path:
 def home_of(folder: Path) -> Path:
     """Return where the default study lies: in a checkout itself, for a deployed workflow in the installed package."""
     return folder if (folder / "src" / "sparsurf_study").is_dir() else INSTALLED
+
+
+def hold_folder() -> bool:
+    """Hold the system's lock of the current folder until this process ends; return False if another study holds it."""
+    path = Path(".snakemake", "study.lock")
+    path.parent.mkdir(exist_ok=True)
+    try:
+        fcntl.flock(os.open(path, os.O_RDWR | os.O_CREAT, 0o666), fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    return True

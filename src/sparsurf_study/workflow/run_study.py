@@ -1,14 +1,12 @@
 """Run a study by Snakemake, close the run where jobs failed, and say what it found."""
 
-import fcntl
 import json
 import os
 import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
 
 from sparsurf.errors import InputError
@@ -46,8 +44,7 @@ def main(*arguments: str) -> int:
         config = check_config(config, [path], home, here="--workflow-profile" not in options)
         if PLANNING_OPTIONS & {*options}:  # also beside a study that runs
             return snakemake(files, *options)[0]
-        with locked(root):
-            return run_study(config, files, options, home)
+        return run_study(config, files, options, home)
     except InputError as error:
         print(error, file=sys.stderr)
     except OSError as error:
@@ -75,10 +72,13 @@ def run_study(config: dict, files: Sequence[Path], options: Sequence[str], home:
 
 
 def snakemake(files: Sequence[Path], *options: str) -> tuple[int, bool]:
-    """Run Snakemake, to which SIGTERM is passed on; return its exit code and whether a signal has stopped it."""
+    """Run Snakemake, to which SIGTERM is passed on; return its exit code and whether a signal has stopped it.
+
+    Its lock stays after a kill; `begin_run` holds one that does not.
+    """
     plain = [sys.executable, "-m", "snakemake", "--nolock", "--logger", "sparsurf"]
     command = [*plain, "--configfile", *map(str, files), *options]
-    process = subprocess.Popen(command, close_fds=False)  # it inherits the lock
+    process = subprocess.Popen(command)
     received: list[int] = []
 
     def pass_on(number: int, _: object) -> None:
@@ -89,17 +89,3 @@ def snakemake(files: Sequence[Path], *options: str) -> tuple[int, bool]:
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, pass_on)
     return process.wait(), bool(received)
-
-
-@contextmanager
-def locked(root: Path) -> Iterator[None]:
-    """Hold the system's lock of a folder, which ends with the processes that hold it; Snakemake's own stays after a kill."""
-    path = root / ".snakemake" / "study.lock"
-    path.parent.mkdir(exist_ok=True)
-    with path.open("a", encoding="utf-8") as lock:
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            raise InputError("Another study runs in this folder; wait for it to end.") from None
-        os.set_inheritable(lock.fileno(), True)
-        yield

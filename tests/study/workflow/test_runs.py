@@ -1,5 +1,6 @@
 """The workflow as a user runs it: one core, another workflow, kills, bad proteins, mistakes."""
 
+import fcntl
 import html
 import os
 import re
@@ -99,6 +100,22 @@ def test_another_workflow_keeps_its_first_rule_as_the_default(tmp_path):
     process = snakemake(tmp_path, SETTINGS | {"proteins": {"tdp43": EMBEDDED}}, root=tmp_path)
     assert process.returncode == 0, output(process)
     assert (tmp_path / "own.txt").exists() and not (tmp_path / "results").exists()
+
+
+def test_one_study_at_a_time_in_a_folder(tmp_path):
+    """Whether `make run` or Snakemake itself starts it; a plan may be made meanwhile."""
+    config, target = study_of_one(tmp_path, "moving"), f"{FIRST}/surface.npz"
+    (tmp_path / ".snakemake").mkdir()
+    with open(tmp_path / ".snakemake" / "study.lock", "w") as held:
+        fcntl.flock(held, fcntl.LOCK_EX)
+        for nolock in ([], ["--nolock"]):  # make run gives this option
+            process = snakemake(tmp_path, config, target, *nolock)
+            assert process.returncode == 1 and not (tmp_path / target).exists()
+            assert "\nAnother study runs in this folder; wait for it to end.\n" in process.stderr
+            assert "Traceback" not in output(process)
+        assert snakemake(tmp_path, config, target, "--dry-run").returncode == 0
+    process = snakemake(tmp_path, config, target)
+    assert process.returncode == 0 and (tmp_path / target).exists(), output(process)
 
 
 def test_the_library_of_the_checkout_wins_over_an_installed_one(tmp_path):

@@ -1,6 +1,5 @@
 """`make run` from its outside: what is said before and after, the exit code; Snakemake itself is played."""
 
-import fcntl
 import os
 import re
 import shutil
@@ -233,16 +232,6 @@ def test_a_comparison_is_added_to_the_study(checkout):
     assert yaml.safe_load(checkout.paths[1].read_text()) == {"compare": {"run": True}}
     assert study.main(checkout.config()) == 0 and checkout.files == ["mine.yaml"]
     assert study.main(checkout.config(compare={"run": False, "percents": [30]}), "compare") == 0
-
-
-def test_one_study_at_a_time(checkout, capsys):
-    (checkout.root / ".snakemake").mkdir()
-    with open(checkout.root / ".snakemake" / "study.lock", "w") as held:
-        fcntl.flock(held, fcntl.LOCK_EX)
-        assert study.main(checkout.config(), "-n") == 0 and len(checkout.calls) == 1
-        assert study.main(checkout.config()) == 2
-    assert capsys.readouterr().err == "Another study runs in this folder; wait for it to end.\n"
-    assert study.main(checkout.config()) == 0
 
 
 def test_memory_counts_where_jobs_run_on_this_machine(checkout):
