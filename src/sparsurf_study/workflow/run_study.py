@@ -42,7 +42,8 @@ def main(*arguments: str) -> int:
             section = config.get("compare")
             config |= {"compare": (section if isinstance(section, dict) else {}) | {"run": True}}
         config = check_config(config, [path], home, here="--workflow-profile" not in options)
-        if PLANNING_OPTIONS & {*options}:  # also beside a study that runs
+        Path(".snakemake").mkdir(exist_ok=True)  # the first folder that it needs
+        if PLANNING_OPTIONS & {*options}:
             return snakemake(files, *options)[0]
         return run_study(config, files, options, home)
     except InputError as error:

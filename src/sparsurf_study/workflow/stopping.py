@@ -27,7 +27,9 @@ def end_jobs_on_sigterm() -> None:
 
 
 def _interrupt(number: int, frame: FrameType | None) -> NoReturn:
-    """Note Ctrl-C, which no log tells where the running jobs have just finished."""
+    """Note Ctrl-C, which no log tells where the running jobs have just finished; a second one ends Snakemake at once."""
+    if SIGNALLED.is_set():
+        os._exit(128 + number)  # the terminal has sent it to the jobs as well
     SIGNALLED.set()
     signal.default_int_handler(number, frame)
 
