@@ -18,6 +18,7 @@ from sparsurf.arguments import D_LINK as D_LINK  # re-exported: most users impor
 from sparsurf.arguments import R_PATCH as R_PATCH
 from sparsurf.arguments import R_ZERNIKE as R_ZERNIKE
 from sparsurf.kernels import njit
+from sparsurf.surfaces.vectors import Vector, point, squared_distance
 from sparsurf.threads import parallel_map
 
 CELL_SIDE = 2.0  # Å; a third of R_ZERNIKE is the fastest
@@ -117,6 +118,15 @@ def cells_within(x: float, radius: float, origin: float, side: float, cells: int
 
 
 @njit(cache=True, nogil=True)
+def cells_around(index: PatchIndex, centre: Vector, radius: float) -> tuple[int, int, int, int, int, int]:
+    """Return the first and last cell along each axis that a sphere around a point can touch."""
+    a0, a1 = cells_within(centre[0], radius, index.origin[0], index.side, index.shape[0])
+    b0, b1 = cells_within(centre[1], radius, index.origin[1], index.side, index.shape[1])
+    c0, c1 = cells_within(centre[2], radius, index.origin[2], index.side, index.shape[2])
+    return a0, a1, b0, b1, c0, c1
+
+
+@njit(cache=True, nogil=True)
 def _link(
     xyz: np.ndarray, origin: np.ndarray, shape: np.ndarray, side: float, start: np.ndarray, d_link: float
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -149,11 +159,9 @@ def _link(
 
 
 @njit(cache=True, nogil=True)
-def room_around(index: PatchIndex, x: float, y: float, z: float, radius: float) -> int:
+def room_around(index: PatchIndex, centre: Vector, radius: float) -> int:
     """Return an upper bound on the dots within a radius of a point, Å."""
-    a0, a1 = cells_within(x, radius, index.origin[0], index.side, index.shape[0])
-    b0, b1 = cells_within(y, radius, index.origin[1], index.side, index.shape[1])
-    c0, c1 = cells_within(z, radius, index.origin[2], index.side, index.shape[2])
+    a0, a1, b0, b1, c0, c1 = cells_around(index, centre, radius)
     n = 0
     for a in range(a0, a1 + 1):
         for b in range(b0, b1 + 1):
@@ -167,19 +175,17 @@ def ball_bound(index: PatchIndex, points: np.ndarray, radius: float) -> int:
     """Return an upper bound on the dots within a radius of any point (Å): the buffer size of `ball`."""
     bound = 0
     for t in range(len(points)):
-        bound = max(bound, room_around(index, points[t, 0], points[t, 1], points[t, 2], radius))
+        bound = max(bound, room_around(index, point(points, t), radius))
     return bound
 
 
 @njit(cache=True, nogil=True)
-def ball(index: PatchIndex, x: float, y: float, z: float, radius: float, out: np.ndarray) -> int:
+def ball(index: PatchIndex, centre: Vector, radius: float, out: np.ndarray) -> int:
     """Write the positions of the dots within a radius (Å, inclusive) of a point into `out`, and return their number."""
     n = 0
     r2 = radius * radius
-    side = index.side
-    a0, a1 = cells_within(x, radius, index.origin[0], side, index.shape[0])
-    b0, b1 = cells_within(y, radius, index.origin[1], side, index.shape[1])
-    c0, c1 = cells_within(z, radius, index.origin[2], side, index.shape[2])
+    x, y, side = centre[0], centre[1], index.side
+    a0, a1, b0, b1, c0, c1 = cells_around(index, centre, radius)
     for a in range(a0, a1 + 1):
         low = index.origin[0] + a * side - x
         dx = max(0.0, max(low, -low - side))
@@ -190,10 +196,8 @@ def ball(index: PatchIndex, x: float, y: float, z: float, radius: float, out: np
                 continue
             row = (a * index.shape[1] + b) * index.shape[2]
             for q in range(index.start[row + c0], index.start[row + c1 + 1]):
-                p = np.uintp(q)
-                ex, ey, ez = index.xyz[p, 0] - x, index.xyz[p, 1] - y, index.xyz[p, 2] - z
                 out[np.uintp(n)] = q
-                n += 1 if ex * ex + ey * ey + ez * ez <= r2 else 0
+                n += 1 if squared_distance(point(index.xyz, np.uintp(q)), centre) <= r2 else 0
     return n
 
 
@@ -251,28 +255,28 @@ def _divide(xyz: np.ndarray, axis: int, order: np.ndarray, begin: int, end: int,
 
 
 @njit(cache=True, nogil=True)
-def middle(xyz: np.ndarray, members: np.ndarray) -> tuple[float, float, float, float, int]:
+def middle(xyz: np.ndarray, members: np.ndarray) -> tuple[Vector, float, int]:
     """Return the middle of the box around positions, its distance to the farthest of them, and the nearest one."""
-    centre, farthest, nearest, best = np.empty(3), 0.0, np.inf, members[0]
+    halfway, farthest, nearest, best = np.empty(3), 0.0, np.inf, members[0]
     for c in range(3):
         low = high = xyz[members[0], c]
         for p in members:
             low, high = min(low, xyz[p, c]), max(high, xyz[p, c])
-        centre[c] = (low + high) / 2
+        halfway[c] = (low + high) / 2
+    centre = (halfway[0], halfway[1], halfway[2])
     for p in members:
-        ex, ey, ez = xyz[p, 0] - centre[0], xyz[p, 1] - centre[1], xyz[p, 2] - centre[2]
-        d2 = ex * ex + ey * ey + ez * ez
+        d2 = squared_distance(point(xyz, p), centre)
         farthest = max(farthest, d2)
         if d2 < nearest:
             nearest, best = d2, p
-    return centre[0], centre[1], centre[2], math.sqrt(farthest) + ROUNDING_MARGIN, best
+    return centre, math.sqrt(farthest) + ROUNDING_MARGIN, best
 
 
 @njit(cache=True, nogil=True)
 def balls(
     index: PatchIndex,
     members: np.ndarray,
-    centre: tuple[float, float, float],
+    centre: Vector,
     extent: float,
     radius: float,
     bits: np.ndarray,
@@ -286,31 +290,26 @@ def balls(
     Writes their positions into `ids` and the bits of the members that each is near to into `bit_words`; returns their number.
     With fewer than 64 members, bits that no member has are those of the first. `centres` and `work` are overwritten.
     """
-    x, y, z = centre
     for b in range(GROUP_SIZE):
         p = members[b if b < len(members) else 0]
-        centres[0, b], centres[1, b], centres[2, b] = index.xyz[p, 0], index.xyz[p, 1], index.xyz[p, 2]
-    n = ball(index, x, y, z, radius + extent, work)
+        centres[0, b], centres[1, b], centres[2, b] = point(index.xyz, p)
+    n = ball(index, centre, radius + extent, work)
     shells = np.zeros(N_SHELLS + 1, np.int64)
     scale = (N_SHELLS - 1) / (radius + extent)
     for k in range(n):
-        p = np.uintp(work[k])
-        ex, ey, ez = index.xyz[p, 0] - x, index.xyz[p, 1] - y, index.xyz[p, 2] - z
-        shells[int(scale * math.sqrt(ex * ex + ey * ey + ez * ez)) + 1] += 1
+        apart = math.sqrt(squared_distance(point(index.xyz, np.uintp(work[k])), centre))
+        shells[int(scale * apart) + 1] += 1
     for s in range(N_SHELLS):
         shells[s + 1] += shells[s]
     for k in range(n):
-        p = np.uintp(work[k])
-        ex, ey, ez = index.xyz[p, 0] - x, index.xyz[p, 1] - y, index.xyz[p, 2] - z
-        s = int(scale * math.sqrt(ex * ex + ey * ey + ez * ez))
+        s = int(scale * math.sqrt(squared_distance(point(index.xyz, np.uintp(work[k])), centre)))
         ids[shells[s]] = work[k]
         shells[s] += 1
     # Within `inner` of the middle, a dot lies in the balls of all members, which needs no comparison
     n_near, inner = 0, max(0.0, radius - extent)
     for k in range(n):
-        p = np.uintp(ids[k])
-        px, py, pz = index.xyz[p, 0], index.xyz[p, 1], index.xyz[p, 2]
-        if (px - x) ** 2 + (py - y) ** 2 + (pz - z) ** 2 < inner * inner:
+        px, py, pz = place = point(index.xyz, np.uintp(ids[k]))
+        if squared_distance(place, centre) < inner * inner:
             word = ALL_BITS
         else:
             word = np.uint64(0)
@@ -336,17 +335,14 @@ def select_separated(
         if k < n_fixed or not blocked[p]:
             out[m] = order[k]
             m += 1
-            x, y, z = index.xyz[p, 0], index.xyz[p, 1], index.xyz[p, 2]
-            a0, a1 = cells_within(x, radius, index.origin[0], index.side, index.shape[0])
-            b0, b1 = cells_within(y, radius, index.origin[1], index.side, index.shape[1])
-            c0, c1 = cells_within(z, radius, index.origin[2], index.side, index.shape[2])
+            centre = point(index.xyz, p)
+            a0, a1, b0, b1, c0, c1 = cells_around(index, centre, radius)
             for a in range(a0, a1 + 1):
                 for b in range(b0, b1 + 1):
                     row = (a * index.shape[1] + b) * index.shape[2]
                     for j in range(index.start[row + c0], index.start[row + c1 + 1]):
                         q = np.uintp(j)
-                        ex, ey, ez = index.xyz[q, 0] - x, index.xyz[q, 1] - y, index.xyz[q, 2] - z
-                        blocked[q] |= ex * ex + ey * ey + ez * ez <= r2
+                        blocked[q] |= squared_distance(point(index.xyz, q), centre) <= r2
     return out[:m].copy()
 
 
@@ -389,21 +385,18 @@ def _write_nearest(
 ) -> None:
     """Write the nearest dot of each point of a slice, and its distance."""
     for i in range(len(points)):
-        x, y, z = points[i, 0], points[i, 1], points[i, 2]
+        centre = point(points, i)
         found, best, within = np.int64(-1), 0.0, first
         while found < 0 and within < OUT_OF_REACH:
             best = within * within
-            a0, a1 = cells_within(x, within, index.origin[0], index.side, index.shape[0])
-            b0, b1 = cells_within(y, within, index.origin[1], index.side, index.shape[1])
-            c0, c1 = cells_within(z, within, index.origin[2], index.side, index.shape[2])
+            a0, a1, b0, b1, c0, c1 = cells_around(index, centre, within)
             for a in range(a0, a1 + 1):
                 for b in range(b0, b1 + 1):
                     if c1 < c0:
                         continue
                     row = (a * index.shape[1] + b) * index.shape[2]
                     for q in range(index.start[row + c0], index.start[row + c1 + 1]):
-                        u, v, w = index.xyz[q, 0] - x, index.xyz[q, 1] - y, index.xyz[q, 2] - z
-                        d2 = u * u + v * v + w * w
+                        d2 = squared_distance(point(index.xyz, q), centre)
                         if q != itself[i] and (d2 < best or (d2 == best and index.dot[q] < found)):
                             best, found = d2, np.int64(index.dot[q])
             within *= 2.0

@@ -15,6 +15,7 @@ from sparsurf.patches.index import (
     build_index,
 )
 from sparsurf.surfaces.spacing import MIN_D_LINK_PER_SPACING, spacing
+from sparsurf.surfaces.vectors import point
 
 JUDGED_PATCHES = 200  # by which the patches of dots are judged
 # Median share of the dots of a patch that its largest island holds. It is .98 to 1 on surfaces of `surface` and DMS. Where random
@@ -195,7 +196,7 @@ def patch_of(
     queue: np.ndarray,
 ) -> tuple[int, int]:
     """Find the patch of the dot at position `p`, cut to its largest island, as the slice begin:end of `queue`."""
-    n = ball(index, index.xyz[p, 0], index.xyz[p, 1], index.xyz[p, 2], radius, in_ball)
+    n = ball(index, point(index.xyz, p), radius, in_ball)
     mark_all(mark, in_ball, n)
     slot_of_dot = 0
     for k in range(n):
@@ -228,6 +229,6 @@ def are_fragmented(
     in_ball = np.empty(ball_bound(index, index.xyz, radius) + 1, np.int32)
     shares = []
     for dot in np.linspace(0, len(points) - 1, min(len(points), JUDGED_PATCHES)).astype(int):
-        x, y, z = index.xyz[index.position[dot]]
-        shares.append(len(patch(index, dot, radius)) / ball(index, x, y, z, radius, in_ball))
+        centre = point(index.xyz, index.position[dot])
+        shares.append(len(patch(index, dot, radius)) / ball(index, centre, radius, in_ball))
     return bool(np.median(shares) < MIN_SHARE_IN_ISLAND)

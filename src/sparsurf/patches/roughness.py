@@ -79,8 +79,8 @@ def _roughness(
     table, missed = np.empty((16, 16, N_SUMS)), np.empty(GROUP_SIZE, np.int64)
     for g in range(first, last):
         members = order[g * GROUP_SIZE : min((g + 1) * GROUP_SIZE, n_dots)]
-        x, y, z, extent, root = middle(index.xyz, members)
-        needed = room_around(index, x, y, z, radius + extent) + 1
+        centre, extent, root = middle(index.xyz, members)
+        needed = room_around(index, centre, radius + extent) + 1
         if needed > room:
             room = 2 * needed
             ids, bit_words, work = (
@@ -88,7 +88,7 @@ def _roughness(
                 np.empty(room, np.uint64),
                 np.empty(room, np.int32),
             )
-        n = balls(index, members, (x, y, z), extent, radius, bits, centres, ids, bit_words, work)
+        n = balls(index, members, centre, extent, radius, bits, centres, ids, bit_words, work)
         for k in range(n):
             if ids[k] == root:
                 reached[root] = bit_words[k]

@@ -16,6 +16,7 @@ from sparsurf.bits import lowest_bit
 from sparsurf.kernels import njit
 from sparsurf.patches.index import PatchIndex, ball
 from sparsurf.patches.islands import drop_small_islands, largest_island, mark_all
+from sparsurf.surfaces.vectors import point
 
 MAX_SUBSETS = 64  # per pass
 MIN_SUBSETS_FOR_JOINT_SEARCH = 16  # fewer subsets are faster to search one by one
@@ -95,7 +96,7 @@ def patches_of(
     row = end_of_ids = np.intp(0)  # with a plain 0, numba compiles the called kernels twice
     start[0] = 0
     for t in range(len(tests)):
-        n = ball(index, tests[t, 0], tests[t, 1], tests[t, 2], radius, in_ball)
+        n = ball(index, point(tests, t), radius, in_ball)
         if needs_surface_island:  # the island on the full surface serves all subsets
             mark_all(mark, in_ball, n)
             begin, end = largest_island(in_ball, n, mark, index.link_start, index.link, index.dot, queue)
@@ -216,7 +217,7 @@ def nested_patches_of(
     start[0] = 0
     for t in range(len(tests)):
         for r in range(len(among_kept)):
-            m = ball(index, tests[t, 0], tests[t, 1], tests[t, 2], radius, in_ball)
+            m = ball(index, point(tests, t), radius, in_ball)
             if not among_kept[r]:  # the island on the full surface serves all subsets
                 mark_all(mark, in_ball, m)
                 begin, end = largest_island(in_ball, m, mark, index.link_start, index.link, index.dot, queue)

@@ -11,6 +11,7 @@ from sparsurf.recovery.interpolated_surface import CELL, interpolate_surface
 from sparsurf.surfaces.exact_distance import distance_of_dots
 from sparsurf.surfaces.molecular_surface import RolledFrame
 from sparsurf.surfaces.spacing import DENSITY
+from sparsurf.surfaces.vectors import point
 from sparsurf.threads import parallel_map
 
 # Dots per Å^2 of the reconstructed surface from which errors are measured; three times as many change them by 2 %.
@@ -76,7 +77,7 @@ def _curvature(
     """Write the curvature at the positions of a slice."""
     nearby, mean_normal, sum_of_offsets = np.empty(max_dots, np.int32), np.zeros(3), np.zeros(3)
     for p in range(begin, end):
-        m = ball(index, index.xyz[p, 0], index.xyz[p, 1], index.xyz[p, 2], radius, nearby)
+        m = ball(index, point(index.xyz, p), radius, nearby)
         mean_normal[:], sum_of_offsets[:], squares = 0.0, 0.0, 0.0
         for e in range(m):
             q = nearby[e]

@@ -12,6 +12,7 @@ from sparsurf.kernels import njit
 from sparsurf.patches.index import PatchIndex, ball, build_grid, select_separated
 from sparsurf.recovery.interpolants import DOTS_PER_TASK, Interpolants, fit_interpolants, interpolant_value
 from sparsurf.surfaces.spacing import DENSITY
+from sparsurf.surfaces.vectors import point
 from sparsurf.threads import parallel_map
 
 # A farthest-point subset lies within 0.9 spacings of every dot; a larger reach only helps very uneven subsets.
@@ -146,7 +147,7 @@ def _rivals(
     index: PatchIndex, i: int, radius: float, nearby: np.ndarray, rivals: np.ndarray
 ) -> tuple[np.ndarray, int]:
     """Return positions (3, at least n) and number n of the dots within `radius` of position i that face the same way."""
-    m = ball(index, index.xyz[i, 0], index.xyz[i, 1], index.xyz[i, 2], radius, nearby)
+    m = ball(index, point(index.xyz, i), radius, nearby)
     if m > rivals.shape[1]:
         rivals = np.empty((3, 2 * m))
     n = 0

@@ -5,7 +5,8 @@ import math
 import numpy as np
 
 from sparsurf.kernels import njit
-from sparsurf.patches.index import PatchIndex, cells_within
+from sparsurf.patches.index import PatchIndex, cells_around
+from sparsurf.surfaces.vectors import dot, point, squared_distance
 
 # Cosine of two normals: dots that face each other across a cleft are no neighbours.
 MIN_COSINE_OF_SAME_SIDE = -0.5
@@ -67,19 +68,16 @@ def _dots_on_same_side(
     index: PatchIndex, i: int, radius: float, nearby: np.ndarray, distance2: np.ndarray
 ) -> int:
     """Write the dots within `radius` of position i that do not face it, with squared distances; return their number."""
-    x, y, z = index.xyz[i, 0], index.xyz[i, 1], index.xyz[i, 2]
-    u, v, w = index.normals[i, 0], index.normals[i, 1], index.normals[i, 2]
-    a0, a1 = cells_within(x, radius, index.origin[0], index.side, index.shape[0])
-    b0, b1 = cells_within(y, radius, index.origin[1], index.side, index.shape[1])
-    c0, c1 = cells_within(z, radius, index.origin[2], index.side, index.shape[2])
+    centre, normal = point(index.xyz, i), point(index.normals, i)
+    a0, a1, b0, b1, c0, c1 = cells_around(index, centre, radius)
     m = 0
     for a in range(a0, a1 + 1):
         for b in range(b0, b1 + 1):
             row = (a * index.shape[1] + b) * index.shape[2]
             for j in range(index.start[row + c0], index.start[row + c1 + 1]):
                 q = np.uintp(j)
-                d = (index.xyz[q, 0] - x) ** 2 + (index.xyz[q, 1] - y) ** 2 + (index.xyz[q, 2] - z) ** 2
-                cosine = index.normals[q, 0] * u + index.normals[q, 1] * v + index.normals[q, 2] * w
+                d = squared_distance(point(index.xyz, q), centre)
+                cosine = dot(point(index.normals, q), normal)
                 nearby[np.uintp(m)], distance2[np.uintp(m)] = j, d  # overwritten by the next unless counted
                 m += 1 if (d <= radius * radius) & (cosine >= MIN_COSINE_OF_SAME_SIDE) else 0
     return m

@@ -6,6 +6,7 @@ import numpy as np
 
 from sparsurf.kernels import njit
 from sparsurf.patches.index import PatchIndex, ball, ball_bound, build_index
+from sparsurf.surfaces.vectors import point
 from sparsurf.threads import parallel_map
 
 SMOOTHING = 6.0  # Å, radius over which a propensity is averaged (authors' scripts)
@@ -44,7 +45,7 @@ def _means(
     """Average columns over the sphere around each point, which contains fewer than `capacity` centres."""
     inside = np.empty(capacity, np.int32)
     for i in range(len(points)):
-        n = ball(index, points[i, 0], points[i, 1], points[i, 2], radius, inside)
+        n = ball(index, point(points, i), radius, inside)
         counts[i] = n
         for c in range(columns.shape[1]):
             total = 0.0

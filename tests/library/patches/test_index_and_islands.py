@@ -26,7 +26,7 @@ def test_ball_equals_brute_force_outside_the_box_too(blob):
     for centre in ([0.0, 0, 0], [8, 0, 0], [40, 0, 0], [-14, -14, -14], points[7]):
         centre = np.asarray(centre, float)
         found = np.empty(ball_bound(index, centre[None], 6.0) + 1, np.int32)
-        n = ball(index, *centre, 6.0, found)
+        n = ball(index, tuple(centre), 6.0, found)
         expected = np.flatnonzero(np.linalg.norm(points - centre, axis=1) <= 6.0)
         assert np.array_equal(np.sort(index.dot[found[:n]]), expected)
 
@@ -34,9 +34,9 @@ def test_ball_equals_brute_force_outside_the_box_too(blob):
 def test_a_dot_at_the_very_radius_belongs_to_the_ball():
     points, found = np.array([[0.0, 0, 0], [3, 4, 0], [1, 1, 0]]), np.empty(4, np.int32)
     index = build_index(points, np.tile([0.0, 0, 1], (3, 1)))
-    assert [ball(index, 0.0, 0.0, 0.0, radius, found) for radius in (5.0, 4.999)] == [3, 2]
+    assert [ball(index, (0.0, 0.0, 0.0), radius, found) for radius in (5.0, 4.999)] == [3, 2]
     # in the middle of a cell, whose sides are farther off than the radius
-    assert ball(index, 1.0, 1.0, 0.0, 0.5, found) == 1
+    assert ball(index, (1.0, 1.0, 0.0), 0.5, found) == 1
 
 
 def test_links_are_the_pairs_closer_than_d_link(blob):

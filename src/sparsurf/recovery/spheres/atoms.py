@@ -13,9 +13,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sparsurf.kernels import njit
-from sparsurf.patches.index import PatchIndex, build_grid, cells_within, select_separated
+from sparsurf.patches.index import PatchIndex, build_grid, cells_around, select_separated
 from sparsurf.recovery.spheres.votes import CLOSE, SphereModel
-from sparsurf.surfaces.vectors import Vector, add_scaled, cross, dot, doubled, point, subtract
+from sparsurf.surfaces.vectors import (
+    Vector,
+    add_scaled,
+    cross,
+    dot,
+    doubled,
+    point,
+    squared_distance,
+    subtract,
+)
 from sparsurf.threads import parallel_map
 
 if TYPE_CHECKING:
@@ -122,18 +131,15 @@ def _best_supported(rows: np.ndarray) -> np.ndarray:
 @njit(cache=True, nogil=True)
 def _touching(probes: PatchIndex, centre: Vector, reach: float, tolerance: float) -> int:
     """Count the probe centres at the distance `reach` from a centre, up to the tolerance; -1 if one is nearer."""
-    x, y, z = centre
     outer, inner2, outer2, n = reach + tolerance, (reach - tolerance) ** 2, (reach + tolerance) ** 2, 0
-    a0, a1 = cells_within(x, outer, probes.origin[0], probes.side, probes.shape[0])
-    b0, b1 = cells_within(y, outer, probes.origin[1], probes.side, probes.shape[1])
-    c0, c1 = cells_within(z, outer, probes.origin[2], probes.side, probes.shape[2])
+    a0, a1, b0, b1, c0, c1 = cells_around(probes, centre, outer)
     if c1 < c0:
         return 0
     for a in range(a0, a1 + 1):
         for b in range(b0, b1 + 1):
             row = (a * probes.shape[1] + b) * probes.shape[2]
             for q in range(probes.start[row + c0], probes.start[row + c1 + 1]):
-                d2 = (probes.xyz[q, 0] - x) ** 2 + (probes.xyz[q, 1] - y) ** 2 + (probes.xyz[q, 2] - z) ** 2
+                d2 = squared_distance(point(probes.xyz, q), centre)
                 if d2 <= inner2:
                     return -1
                 n += 1 if d2 <= outer2 else 0
@@ -225,17 +231,15 @@ def _refine(probes: PatchIndex, atoms: np.ndarray, probe: float, tolerance: floa
     """Move the atoms (A, 5), in place, to the least squares of their distances from the probes that touch them."""
     for i in range(len(atoms)):
         for _ in range(STEPS):
-            x, y, z, reach = atoms[i, 0], atoms[i, 1], atoms[i, 2], atoms[i, 3] + probe
+            centre, reach = point(atoms, i), atoms[i, 3] + probe
             s = np.zeros(9)  # xx, xy, xz, yy, yz, zz of the system, and its right side
             n, outer = 0, reach + MAX_DISTANCE_OF_TOUCH
-            a0, a1 = cells_within(x, outer, probes.origin[0], probes.side, probes.shape[0])
-            b0, b1 = cells_within(y, outer, probes.origin[1], probes.side, probes.shape[1])
-            c0, c1 = cells_within(z, outer, probes.origin[2], probes.side, probes.shape[2])
+            a0, a1, b0, b1, c0, c1 = cells_around(probes, centre, outer)
             for a in range(a0, a1 + 1):
                 for b in range(b0, b1 + 1):
                     row = (a * probes.shape[1] + b) * probes.shape[2]
                     for q in range(probes.start[row + c0], probes.start[row + c1 + 1]):
-                        u, v, w = x - probes.xyz[q, 0], y - probes.xyz[q, 1], z - probes.xyz[q, 2]
+                        u, v, w = subtract(centre, point(probes.xyz, q))
                         d = math.sqrt(u * u + v * v + w * w)
                         if abs(d - reach) < 2 * tolerance:
                             u, v, w, n = u / d, v / d, w / d, n + 1
@@ -252,7 +256,7 @@ def _refine(probes: PatchIndex, atoms: np.ndarray, probe: float, tolerance: floa
                 break
             step = _solved(s)
             if dot(step, step) < MAX_STEP**2:
-                atoms[i, 0], atoms[i, 1], atoms[i, 2] = x + step[0], y + step[1], z + step[2]
+                atoms[i, 0], atoms[i, 1], atoms[i, 2] = add_scaled(centre, 1.0, step)
 
 
 @njit(cache=True, nogil=True)
@@ -275,11 +279,8 @@ def _only_atom(
     grid: PatchIndex, radii: np.ndarray, largest: float, centre: Vector, probe: float, tolerance: float
 ) -> int:
     """Return the position of the only atom, of radii up to the largest, that the probe at a centre touches; -1 if not one."""
-    x, y, z = centre
     outer, found = largest + probe + 2 * tolerance, -1
-    a0, a1 = cells_within(x, outer, grid.origin[0], grid.side, grid.shape[0])
-    b0, b1 = cells_within(y, outer, grid.origin[1], grid.side, grid.shape[1])
-    c0, c1 = cells_within(z, outer, grid.origin[2], grid.side, grid.shape[2])
+    a0, a1, b0, b1, c0, c1 = cells_around(grid, centre, outer)
     for a in range(a0, a1 + 1):
         for b in range(b0, b1 + 1):
             for c in range(c0, c1 + 1):

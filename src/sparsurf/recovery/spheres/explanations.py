@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sparsurf.kernels import njit
-from sparsurf.patches.index import PatchIndex, build_grid, cells_within, select_separated
+from sparsurf.patches.index import PatchIndex, build_grid, cells_around, select_separated
 from sparsurf.recovery.spheres.atoms import (
     CANDIDATE_COLUMNS,
     NEIGHBOURS,
@@ -145,17 +145,15 @@ def _touched_atoms(
     """Return the lists of `touched_atoms`; `reach` is by position of the grid."""
     start, touched, n = np.zeros(len(probes) + 1, np.int64), np.empty(4 * len(probes) + 64, np.int64), 0
     for i in range(len(probes)):
-        x, y, z = probes[i, 0], probes[i, 1], probes[i, 2]
-        a0, a1 = cells_within(x, outer, grid.origin[0], grid.side, grid.shape[0])
-        b0, b1 = cells_within(y, outer, grid.origin[1], grid.side, grid.shape[1])
-        c0, c1 = cells_within(z, outer, grid.origin[2], grid.side, grid.shape[2])
+        centre = point(probes, i)
+        a0, a1, b0, b1, c0, c1 = cells_around(grid, centre, outer)
         for a in range(a0, a1 + 1):
             for b in range(b0, b1 + 1):
                 if c1 < c0:
                     continue
                 row = (a * grid.shape[1] + b) * grid.shape[2]
                 for q in range(grid.start[row + c0], grid.start[row + c1 + 1]):
-                    d2 = (grid.xyz[q, 0] - x) ** 2 + (grid.xyz[q, 1] - y) ** 2 + (grid.xyz[q, 2] - z) ** 2
+                    d2 = squared_distance(point(grid.xyz, q), centre)
                     if d2 < outer * outer and abs(math.sqrt(d2) - reach[q]) < tolerance:
                         if n == len(touched):
                             longer = np.empty(2 * n, np.int64)
@@ -270,11 +268,8 @@ def _surplus(place: Vector, reach: float, witnesses: _Witnesses) -> int:
     A probe that touches it is one, the plane of a saddle dot with a known atom another, and the direction of a contact dot two.
     """
     grid, probes, normals, found, centres, tolerance, angle, distinct = witnesses
-    x, y, z = place
     outer, total, n = reach + tolerance, 0, 0
-    a0, a1 = cells_within(x, outer, grid.origin[0], grid.side, grid.shape[0])
-    b0, b1 = cells_within(y, outer, grid.origin[1], grid.side, grid.shape[1])
-    c0, c1 = cells_within(z, outer, grid.origin[2], grid.side, grid.shape[2])
+    a0, a1, b0, b1, c0, c1 = cells_around(grid, place, outer)
     if c1 < c0:
         return -1
     for a in range(a0, a1 + 1):

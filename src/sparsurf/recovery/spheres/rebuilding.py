@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sparsurf.kernels import njit
-from sparsurf.patches.index import PatchIndex, ball, build_grid, cells_within, select_separated
+from sparsurf.patches.index import PatchIndex, ball, build_grid, cells_around, select_separated
 from sparsurf.recovery.interpolated_surface import MIN_INTERPOLATED, NEWTON_STEPS, REACH, interpolate_surface
 from sparsurf.recovery.spheres.atoms import Atoms, infer
 from sparsurf.recovery.spheres.explanations import UNEXPLAINED, completed, explain, touched_atoms
@@ -25,6 +25,7 @@ from sparsurf.recovery.spheres.votes import SphereModel, model_of
 from sparsurf.surfaces.dot_placement import Dots
 from sparsurf.surfaces.spacing import DENSITY, estimated_areas, nearest_distances
 from sparsurf.surfaces.surface import CONTACT
+from sparsurf.surfaces.vectors import dot, point, squared_distance
 from sparsurf.threads import parallel_map
 
 MIN_ATOMS = 4
@@ -338,31 +339,20 @@ def _write_nearest_facing(
 ) -> None:
     """Write the position of the nearest dot that faces the same way, for a slice of points; the lowest of equally near ones."""
     for i in range(begin, end):
-        x, y, z = points[i, 0], points[i, 1], points[i, 2]
-        u, v, w = normals[i, 0], normals[i, 1], normals[i, 2]
+        centre, normal = point(points, i), point(normals, i)
         found = -1
         for within in (NEARER * radius, radius):
             best = within * within
-            a0, a1 = cells_within(x, within, index.origin[0], index.side, index.shape[0])
-            b0, b1 = cells_within(y, within, index.origin[1], index.side, index.shape[1])
-            c0, c1 = cells_within(z, within, index.origin[2], index.side, index.shape[2])
+            a0, a1, b0, b1, c0, c1 = cells_around(index, centre, within)
             for a in range(a0, a1 + 1):
                 for b in range(b0, b1 + 1):
                     if c1 < c0:
                         continue
                     row = (a * index.shape[1] + b) * index.shape[2]
                     for q in range(index.start[row + c0], index.start[row + c1 + 1]):
-                        d2 = (
-                            (index.xyz[q, 0] - x) ** 2
-                            + (index.xyz[q, 1] - y) ** 2
-                            + (index.xyz[q, 2] - z) ** 2
-                        )
-                        if d2 < best:
-                            along = (
-                                u * index.normals[q, 0] + v * index.normals[q, 1] + w * index.normals[q, 2]
-                            )
-                            if along > cosine:
-                                best, found = d2, q
+                        d2 = squared_distance(point(index.xyz, q), centre)
+                        if d2 < best and dot(normal, point(index.normals, q)) > cosine:
+                            best, found = d2, q
             if found >= 0:
                 break
         out[i] = found
@@ -373,10 +363,9 @@ def _distances_to_nearest(index: PatchIndex, points: np.ndarray, radius: float) 
     """Return the distance of each point from the nearest dot of the index, (m,), at most `radius` Å."""
     out, nearby = np.full(len(points), radius), np.empty(len(index.dot) + 1, np.int32)
     for i in range(len(points)):
-        x, y, z = points[i, 0], points[i, 1], points[i, 2]
-        for e in range(ball(index, x, y, z, radius, nearby)):
-            q = nearby[e]
-            d2 = (index.xyz[q, 0] - x) ** 2 + (index.xyz[q, 1] - y) ** 2 + (index.xyz[q, 2] - z) ** 2
+        centre = point(points, i)
+        for e in range(ball(index, centre, radius, nearby)):
+            d2 = squared_distance(point(index.xyz, nearby[e]), centre)
             out[i] = min(out[i], math.sqrt(d2))
     return out
 
@@ -389,13 +378,11 @@ def _push_out(
     nearby = np.empty(len(centres.dot) + 1, np.int32)
     for i in range(begin, end):
         for _ in range(PUSHES):
-            x, y, z = points[i, 0], points[i, 1], points[i, 2]
+            centre = point(points, i)
             best, found = (probe - 1e-6) ** 2, -1
-            for e in range(ball(centres, x, y, z, probe, nearby)):
+            for e in range(ball(centres, centre, probe, nearby)):
                 q = nearby[e]
-                d2 = (
-                    (centres.xyz[q, 0] - x) ** 2 + (centres.xyz[q, 1] - y) ** 2 + (centres.xyz[q, 2] - z) ** 2
-                )
+                d2 = squared_distance(point(centres.xyz, q), centre)
                 if d2 < best:
                     best, found = d2, q
             if found < 0:

@@ -13,12 +13,13 @@ from typing import NamedTuple
 import numpy as np
 
 from sparsurf.kernels import njit
-from sparsurf.patches.index import PatchIndex, build_grid, cells_within, select_separated
+from sparsurf.patches.index import PatchIndex, build_grid, cells_around, select_separated
 from sparsurf.recovery.spheres.explanations import touched_atoms
 from sparsurf.recovery.spheres.inside import Inside
 from sparsurf.surfaces.components import centres_apart_from
 from sparsurf.surfaces.dot_placement import Dots, RolledProbe, place_dots, roll_probe
 from sparsurf.surfaces.molecular_surface import lattice_of_density
+from sparsurf.surfaces.vectors import point, squared_distance
 
 # Å, by which the ball of a dot is smaller than the probe, which touches the dot: the rounding of a file
 ROUNDING_OF_DOTS = 5e-4
@@ -121,19 +122,16 @@ def _are_near(grid: PatchIndex, points: np.ndarray, distance: float) -> np.ndarr
     """Return which points (n, 3) have a point of a grid within a distance, (n,) bool."""
     near = np.zeros(len(points), np.bool_)
     for i in range(len(points)):
-        x, y, z = points[i, 0], points[i, 1], points[i, 2]
+        centre = point(points, i)
         for within in (0.5 * distance, distance):  # most have one nearby
-            a0, a1 = cells_within(x, within, grid.origin[0], grid.side, grid.shape[0])
-            b0, b1 = cells_within(y, within, grid.origin[1], grid.side, grid.shape[1])
-            c0, c1 = cells_within(z, within, grid.origin[2], grid.side, grid.shape[2])
+            a0, a1, b0, b1, c0, c1 = cells_around(grid, centre, within)
             for a in range(a0, a1 + 1):
                 for b in range(b0, b1 + 1):
                     if near[i] or c1 < c0:
                         break
                     row = (a * grid.shape[1] + b) * grid.shape[2]
                     for q in range(grid.start[row + c0], grid.start[row + c1 + 1]):
-                        u, v, w = grid.xyz[q, 0] - x, grid.xyz[q, 1] - y, grid.xyz[q, 2] - z
-                        if u * u + v * v + w * w < within * within:
+                        if squared_distance(point(grid.xyz, q), centre) < within * within:
                             near[i] = True
                             break
             if near[i]:
