@@ -32,10 +32,10 @@ MAX_UNPACKED_BYTES = 2**30  # uncompressed; the largest structures of the PDB ha
 PACKINGS: dict[bytes, tuple[str, Any]] = {
     b"\x1f\x8b": (".gz", gzip), b"BZh": (".bz2", bz2), b"\xfd7zXZ\0": (".xz", lzma),
 }  # fmt: skip
-PACKED = tuple(suffix for suffix, _ in PACKINGS.values())
-NOT_READ = {b"\x28\xb5\x2f\xfd": "zstd", b"PK\x03\x04": "zip"}
+PACKED_SUFFIXES = tuple(suffix for suffix, _ in PACKINGS.values())
+OTHER_PACKINGS = {b"\x28\xb5\x2f\xfd": "zstd", b"PK\x03\x04": "zip"}
 DAMAGED = (EOFError, zlib.error, lzma.LZMAError, gzip.BadGzipFile)  # what modules of compressions raise
-BYTES_TO_RECOGNISE = 200
+LENGTH_OF_BEGIN = 200
 MAX_QUOTED_LENGTH = 200  # characters; a message shortens a longer string
 N_ROWS_TO_COMPARE = 10  # at the end of a table: they show whether its last row is complete
 URL_START = re.compile(r"[a-z][a-z0-9+]+:/", re.IGNORECASE)  # a Path drops one of its slashes
@@ -140,8 +140,8 @@ def packing_of(begin: bytes) -> tuple[str, Any]:
 
 def refuse_packed(path: object, begin: bytes) -> None:
     """Raise InputError for a file that begins as one of a compression that is not read; an npz is a zip file of arrays."""
-    kind = next((kind for magic, kind in NOT_READ.items() if begin.startswith(magic)), None)
-    if kind and b".npy" not in begin[:BYTES_TO_RECOGNISE]:
+    kind = next((kind for magic, kind in OTHER_PACKINGS.items() if begin.startswith(magic)), None)
+    if kind and b".npy" not in begin[:LENGTH_OF_BEGIN]:
         raise InputError(
             f"{path} is compressed with {kind}, which is not read; unpack it, and give the unpacked file."
         )
@@ -171,11 +171,11 @@ def content_of(path: Path) -> bytes:
     begin, name = b"", str(path) if len(str(path)) <= MAX_QUOTED_LENGTH else shorten(path)
     try:
         with path.open("rb") as stored:
-            begin = stored.read(BYTES_TO_RECOGNISE)
+            begin = stored.read(LENGTH_OF_BEGIN)
             stored.seek(0)
             refuse_packed(name, begin)
             ending, module = packing_of(begin)
-            is_named = path.suffix.lower() in PACKED
+            is_named = path.suffix.lower() in PACKED_SUFFIXES
             if is_named and path.suffix.lower() != ending:
                 kind = path.suffix.lower()
                 raise InputError(f"{name} is named {kind} but is not compressed so: rename or compress it.")

@@ -8,7 +8,7 @@ The config is that of the default study if none is named.
 
 import sys
 
-from sparsurf_study.workflow import check_run, run_study
+from sparsurf_study import check_run, run_study
 
 MAINS = {"run": run_study.main, "check": check_run.main}
 

@@ -76,7 +76,7 @@ def run(args: argparse.Namespace) -> None:
             )
         table_of = "atoms"
     elif not options.reads_atoms(args):
-        options.refuse_dots(args)
+        options.refuse_file_of_dots(args)
     else:
         source = options.read_atoms(args)
         rules["frame"] = args.frame or 0

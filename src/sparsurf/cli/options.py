@@ -58,14 +58,14 @@ from sparsurf.threads import available_cores
 log = logging.getLogger("sparsurf")
 
 ATOM_OPTIONS = ("chains", "selection", "ligands", "model", "assembly", "assembly_name")
-OF_ATOMS = ("table", "smooth")  # what a user says of atoms
+VALUES_OF_ATOMS = ("table", "smooth")  # what a user says of atoms
 STRUCTURE_OPTIONS = (
     "trajectory",
     "frame",
     *ATOM_OPTIONS,
     "residues",
     "groups",
-    *OF_ATOMS,
+    *VALUES_OF_ATOMS,
 )  # without a meaning for a file of dots
 PLACEMENT_OPTIONS = ("probe_radius", "radii", "cavities")  # which have none, either
 
@@ -302,7 +302,7 @@ def reads_atoms(args: argparse.Namespace) -> bool:
     return source_of(args).format.name != FILE_OF_DOTS
 
 
-def refuse_dots(args: argparse.Namespace) -> NoReturn:
+def refuse_file_of_dots(args: argparse.Namespace) -> NoReturn:
     """Raise InputError for a file that holds dots, or what is known by no format."""
     if suffix(args.file) in kinds.suffixes(is_read=True):
         raise InputError(
@@ -368,7 +368,7 @@ def requested_atoms(args: argparse.Namespace, molecule: Molecule) -> np.ndarray:
 
 def names_of_requested_fields(args: argparse.Namespace) -> list[str]:
     """Return the names of the requested fields."""
-    for name in () if args.fields is not None else OF_ATOMS:
+    for name in () if args.fields is not None else VALUES_OF_ATOMS:
         if getattr(args, name, None) is not None:
             raise InputError(f"--{name} is about values at the dots; name them by --fields, or leave it out.")
     return [] if args.fields is None else split_names(args.fields, "fields", "hydropathy")
@@ -376,7 +376,7 @@ def names_of_requested_fields(args: argparse.Namespace) -> list[str]:
 
 def values_of_atoms(args: argparse.Namespace) -> dict[str, Any]:
     """Return what a table says of the atoms, and how widely it is averaged, by the names of arguments."""
-    return {name: getattr(args, name) for name in OF_ATOMS}
+    return {name: getattr(args, name) for name in VALUES_OF_ATOMS}
 
 
 def with_requested_fields(args: argparse.Namespace, surface: Surface, molecule: Molecule | None) -> Surface:

@@ -80,7 +80,7 @@ def run(args: argparse.Namespace) -> None:
         outputs.write_output(args, _of_spheres(args))
         return
     if not options.reads_atoms(args):
-        options.refuse_dots(args)
+        options.refuse_file_of_dots(args)
     molecule = options.read_atoms(args)
     options.say(f"surface of {molecule.n_atoms:,} atoms")
     outputs.write_output(args, _triangles(args, molecule) if args.mesh else _dots(args, molecule))

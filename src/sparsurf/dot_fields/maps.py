@@ -18,13 +18,13 @@ log = logging.getLogger("sparsurf")
 DX = ".dx"
 MAPS = (DX, ".mrc", ".map", ".ccp4")
 # Words of the header of CCP4 and MRC, counted from 1, each the first of three
-START, INTERVALS, AXES, ORIGIN = 5, 8, 17, 50
+WORD_OF_START, WORD_OF_INTERVALS, WORD_OF_AXES, WORD_OF_ORIGIN = 5, 8, 17, 50
 FIRST_LENGTH = 11  # of the six of the cell
-ROUNDING = 1e-6  # steps of the grid by which a dot on its border may seem to lie outside
+ON_BORDER = 1e-6  # steps of the grid by which a dot on its border may seem to lie outside
 END_OF_NUMBERS = re.compile(r"^\s*(attribute|object|component)", re.MULTILINE)
 
 
-class Grid(NamedTuple):
+class MapGrid(NamedTuple):
     """Values (I, J, K) on a grid: the position of the first one, and the three steps (3, 3) between neighbours, Å."""
 
     values: np.ndarray
@@ -49,11 +49,11 @@ def values_of_map(path: str, points: np.ndarray) -> np.ndarray:
 
     with naming_file(path):
         values, origin, steps = grid = (_read_dx if DX in path.lower()[-6:] else _read_ccp4)(path)
-        if not all(np.isfinite(part).all() for part in grid[1:]) or abs(np.linalg.det(steps)) < ROUNDING**2:
+        if not all(np.isfinite(part).all() for part in grid[1:]) or abs(np.linalg.det(steps)) < ON_BORDER**2:
             raise InputError(f"{FILE} states no origin and no three axes of its grid: write the map again.")
         place = np.linalg.solve(steps.T, (points - origin).T)
         last = np.array(values.shape)[:, None] - 1.0
-        outside = ((place < -ROUNDING) | (place > last + ROUNDING)).any(axis=0)
+        outside = ((place < -ON_BORDER) | (place > last + ON_BORDER)).any(axis=0)
         if outside.all():
             raise InputError(
                 f"no dot lies in the map {FILE}: map and structure must have the same origin; move one onto the other."
@@ -65,7 +65,7 @@ def values_of_map(path: str, points: np.ndarray) -> np.ndarray:
     return np.where(outside, np.nan, out)
 
 
-def _read_dx(path: StrPath) -> Grid:
+def _read_dx(path: StrPath) -> MapGrid:
     """Read a map in the text format of OpenDX, as APBS and VMD write it, whose last axis varies fastest."""
     head, _, body = read_text(path).partition("data follows")
     counts = re.search(r"gridpositions\s+counts((?:\s+\d+){3})", head)
@@ -90,10 +90,10 @@ def _read_dx(path: StrPath) -> Grid:
         raise InputError(f"{FILE} has a word among its numbers that is none: write the map again.") from None
     if len(values) != np.prod(shape):
         raise InputError(f"{FILE} holds {len(values):,} values of {np.prod(shape):,}: copy it again.")
-    return Grid(values.reshape(shape), origin[0], steps)
+    return MapGrid(values.reshape(shape), origin[0], steps)
 
 
-def _read_ccp4(path: StrPath) -> Grid:
+def _read_ccp4(path: StrPath) -> MapGrid:
     """Read a map in the format of CCP4 and MRC; an ORIGIN, which gemmi ignores, counts in place of the first grid point."""
     import gemmi
 
@@ -103,10 +103,11 @@ def _read_ccp4(path: StrPath) -> Grid:
     except (RuntimeError, ValueError, OSError) as error:
         raise InputError(f"{FILE} is no map of CCP4 or MRC ({shorten(error)}): write it again.") from None
     start, intervals, axes = (
-        np.array([stored.header_i32(word + k) for k in range(3)]) for word in (START, INTERVALS, AXES)
+        np.array([stored.header_i32(word + k) for k in range(3)])
+        for word in (WORD_OF_START, WORD_OF_INTERVALS, WORD_OF_AXES)
     )
     lengths = [stored.header_float(FIRST_LENGTH + k) for k in range(6)]
-    origin = np.array([stored.header_float(ORIGIN + k) for k in range(3)])
+    origin = np.array([stored.header_float(WORD_OF_ORIGIN + k) for k in range(3)])
     if sorted(axes) != [1, 2, 3] or min(intervals) < 1 or not min(lengths) > 0:
         raise InputError(f"{FILE} states no cell, or no axes of its grid: write the map again.")
     order = np.argsort(axes)  # of columns, rows and sections along x, y and z
@@ -114,4 +115,4 @@ def _read_ccp4(path: StrPath) -> Grid:
     steps = (cell / intervals).T
     if not origin.any():
         origin = start[order] @ steps
-    return Grid(np.asarray(stored.grid.array).transpose(order), origin, steps)
+    return MapGrid(np.asarray(stored.grid.array).transpose(order), origin, steps)

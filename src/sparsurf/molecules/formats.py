@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from sparsurf.files import PACKED, StrPath, as_path
+from sparsurf.files import PACKED_SUFFIXES, StrPath, as_path
 
 
 class MoleculeFormat(NamedTuple):
@@ -130,7 +130,7 @@ def stem(path: StrPath) -> str:
 
 def _unpacked(name: str) -> str:
     """Return a name in lower case without the suffix of a compression."""
-    return next((name.removesuffix(ending) for ending in PACKED if name.endswith(ending)), name)
+    return next((name.removesuffix(ending) for ending in PACKED_SUFFIXES if name.endswith(ending)), name)
 
 
 def title(path: StrPath) -> str:

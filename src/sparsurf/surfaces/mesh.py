@@ -59,7 +59,7 @@ BYTES_PER_GRID_POINT = 20
 SAME_DEPTH = 1e-9  # Å; of two spheres that are equally near, either decides
 SLAB_POINTS = 4_000_000  # of the grid whose values are held at once
 # Where the deepest sphere puts a grid point: far from all, where a probe's centre may be, in reach of a probe, in a sphere
-FAR, AT_PROBE, BETWEEN, IN_SPHERE = 0, 1, 2, 3
+OUTSIDE_PROBE, AT_PROBE, BETWEEN, IN_SPHERE = 0, 1, 2, 3
 
 
 @dataclass(frozen=True)
@@ -324,7 +324,13 @@ def _classify(values: np.ndarray, probe: float, kinds: np.ndarray) -> None:
             for k in range(values.shape[2]):
                 v = values[i, j, k]
                 kinds[i, j, k] = (
-                    FAR if v <= -2 * probe else AT_PROBE if v <= -probe else BETWEEN if v <= 0 else IN_SPHERE
+                    OUTSIDE_PROBE
+                    if v <= -2 * probe
+                    else AT_PROBE
+                    if v <= -probe
+                    else BETWEEN
+                    if v <= 0
+                    else IN_SPHERE
                 )
 
 
@@ -386,7 +392,7 @@ def _flood(kinds: np.ndarray, found: np.ndarray) -> None:
                     for c in range(6):
                         side = 1 if c % 2 else -1
                         u, v, w = x + side * (c // 2 == 0), y + side * (c // 2 == 1), z + side * (c // 2 == 2)
-                        if kinds[u, v, w] == FAR and not found[u, v, w]:
+                        if kinds[u, v, w] == OUTSIDE_PROBE and not found[u, v, w]:
                             found[u, v, w] = True
                             waiting.append((u, v, w))
 
@@ -406,11 +412,11 @@ def _doubtful(
             for k in range(nz):
                 if kinds[i, j, k] == IN_SPHERE or not (kinds[i, j, k] == BETWEEN or is_doubtful[i, j, k]):
                     continue
-                is_alone = kinds[i, j, k] == FAR
+                is_alone = kinds[i, j, k] == OUTSIDE_PROBE
                 for x in range(max(i - 1, 0), min(i + 2, nx) if is_alone else 0):
                     for y in range(max(j - 1, 0), min(j + 2, ny)):
                         for z in range(max(k - 1, 0), min(k + 2, nz)):
-                            is_alone &= is_doubtful[x, y, z] and kinds[x, y, z] == FAR
+                            is_alone &= is_doubtful[x, y, z] and kinds[x, y, z] == OUTSIDE_PROBE
                 if is_alone:
                     values[i - begin, j, k] = beyond
                     continue

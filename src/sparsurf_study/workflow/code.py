@@ -19,6 +19,8 @@ WITHOUT_RESULTS = (
     "sparsurf/cli/",
     "sparsurf_study/workflow/",
     "sparsurf_study/config/",
+    "sparsurf_study/run_study.",
+    "sparsurf_study/check_run.",
     "sparsurf_study/manifest.",
     "sparsurf_study/debug.",
     "sparsurf_study/columns.",

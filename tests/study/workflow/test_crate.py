@@ -7,9 +7,8 @@ import subprocess
 from dataclasses import astuple
 
 import sparsurf
-from sparsurf_study import manifest
+from sparsurf_study import check_run, manifest
 from sparsurf_study.report import closing
-from sparsurf_study.workflow import check_run
 from sparsurf_study.workflow.origin import origin_of
 
 

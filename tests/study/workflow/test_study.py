@@ -10,9 +10,9 @@ import pytest
 import yaml
 
 from conftest import ROOT
+from sparsurf_study import run_study as study
 from sparsurf_study.config import memory
 from sparsurf_study.workflow import folders
-from sparsurf_study.workflow import run_study as study
 from sparsurf_study.workflow.ends import BEFORE_CONFORMATIONS, failed_places
 from sparsurf_study.workflow.job_logs import USED_MARK
 
