@@ -128,7 +128,12 @@ class DotsToWrite:
     @property
     def values_shown(self) -> np.ndarray | None:
         """The numbers (N,) that give colours; None for the kinds."""
-        return np.asarray(self._all[self.coloured_by], float) if self.coloured_by else None
+        name = self.coloured_by
+        return (
+            np.asarray((self.table if name in self.table else self.surface.fields)[name], float)
+            if name
+            else None
+        )
 
     @property
     def coloured_by(self) -> str:
