@@ -24,6 +24,7 @@ from sparsurf.surfaces.half_edges import (
     may_collapse,
     n_folds,
     next_edge,
+    remaining,
     remove_start,
     squared_length,
     triangle_normal,
@@ -31,6 +32,7 @@ from sparsurf.surfaces.half_edges import (
 )
 from sparsurf.surfaces.mesh import Mesh, build_mesh
 from sparsurf.surfaces.molecular_surface import MAX_DENSITY
+from sparsurf.surfaces.vectors import dot, point
 
 MIN_VERTICES = 4
 MIN_REDUCTION = 2.0  # vertices of the fine mesh for each that is left: its own sides are uneven
@@ -81,13 +83,12 @@ def decimate(mesh: Mesh, n_vertices: int) -> Mesh:
         raise InputError(
             f"mesh: this surface needs {alive:,} vertices at least, so that its parts and handles stay; ask for more."
         )
-    triangles = origin.reshape(-1, 3)[~dead]
-    kept, corners = np.unique(triangles, return_inverse=True)
+    kept, triangles = remaining(origin, dead)
     vertices = mesh.vertices.take(kept)
     points, normals = (
         values.astype(np.float32).astype(float) for values in (vertices.points, vertices.normals)
     )
-    return build_mesh(points, normals, corners.reshape(-1, 3), vertices.kind, vertices.atom)
+    return build_mesh(points, normals, triangles, vertices.kind, vertices.atom)
 
 
 @njit(cache=True, nogil=True)
@@ -102,15 +103,15 @@ def _penalty(
     while e != h:
         x, y = origin[next_edge(e)], origin[next_edge(next_edge(e))]
         if x != v and y != v:
-            ux, uy, uz, _ = triangle_normal(points, u, x, y)
-            vx, vy, vz, size = triangle_normal(points, v, x, y)
+            before, _ = triangle_normal(points, u, x, y)
+            after, size = triangle_normal(points, v, x, y)
             longest = max(
                 squared_length(points, v, x), squared_length(points, x, y), squared_length(points, y, v)
             )
             shape = min(shape, size / longest)
-            turn = min(turn, ux * vx + uy * vy + uz * vz)
+            turn = min(turn, dot(before, after))
             for w in (v, x, y):
-                tilt = min(tilt, normals[w, 0] * vx + normals[w, 1] * vy + normals[w, 2] * vz)
+                tilt = min(tilt, dot(point(normals, w), after))
         e = around(e, twin)
     penalty = 1.0 + 2.0 * (1.0 - turn) + (1.0 - tilt) + 2.0 * (SLIVER / max(shape, 0.01) - 1.0)
     return min(MAX_PENALTY, penalty), tilt
@@ -193,8 +194,8 @@ def _collapse(
     faced = np.ones(len(points), np.bool_)
     for h in range(len(origin)):
         u = origin[h]
-        x, y, z, _ = triangle_normal(points, u, origin[next_edge(h)], origin[next_edge(next_edge(h))])
-        faced[u] &= x * normals[u, 0] + y * normals[u, 1] + z * normals[u, 2] >= LEAST_FACING
+        normal, _ = triangle_normal(points, u, origin[next_edge(h)], origin[next_edge(next_edge(h))])
+        faced[u] &= dot(normal, point(normals, u)) >= LEAST_FACING
     alive = len(points)
     before = alive + 1
     # entry of the heap that counts, of the lower half-edge of each edge

@@ -12,7 +12,7 @@ import numpy as np
 
 from sparsurf.kernels import njit
 from sparsurf.surfaces.chosen_points import on_steps
-from sparsurf.surfaces.vectors import cross, point, squared_distance, subtract
+from sparsurf.surfaces.vectors import Vector, cross, dot, point, squared_distance, subtract
 
 LEAST_FACING = 1e-3  # cosine, so that rounding to float32 folds nothing
 MAX_SWEEPS = 20  # over all folds
@@ -49,13 +49,13 @@ def squared_length(points: np.ndarray, u: int, v: int) -> float:
 
 
 @njit(cache=True, nogil=True)
-def triangle_normal(points: np.ndarray, u: int, v: int, w: int) -> tuple[float, float, float, float]:
+def triangle_normal(points: np.ndarray, u: int, v: int, w: int) -> tuple[Vector, float]:
     """Return the unit normal of a triangle and twice its area."""
     corner = point(points, u)
-    x, y, z = cross(subtract(point(points, v), corner), subtract(point(points, w), corner))
-    size = math.sqrt(x * x + y * y + z * z)
+    across = cross(subtract(point(points, v), corner), subtract(point(points, w), corner))
+    size = math.sqrt(dot(across, across))
     inverse = 1.0 / size if size > 0.0 else 0.0
-    return x * inverse, y * inverse, z * inverse, size
+    return (across[0] * inverse, across[1] * inverse, across[2] * inverse), size
 
 
 @njit(cache=True, nogil=True)
@@ -120,8 +120,8 @@ def _facing(
         a, b, c = origin[e], origin[next_edge(e)], origin[next_edge(next_edge(e))]
         a, b, c = v if a == u else a, v if b == u else b, v if c == u else c
         if b not in (a, c) and a != c:
-            x, y, z, size = triangle_normal(points, a, b, c)
-            excess = x * normals[w, 0] + y * normals[w, 1] + z * normals[w, 2] - LEAST_FACING
+            normal, size = triangle_normal(points, a, b, c)
+            excess = dot(normal, point(normals, w)) - LEAST_FACING
             evenly += excess
             by_area += excess * size
         e = around(e, twin)
@@ -132,10 +132,10 @@ def _facing(
 @njit(cache=True, nogil=True)
 def _is_folded(a: int, b: int, c: int, points: np.ndarray, normals: np.ndarray) -> bool:
     """Return whether a triangle faces against the mean normal of its corners."""
-    x, y, z, _ = triangle_normal(points, a, b, c)
+    normal, _ = triangle_normal(points, a, b, c)
     total = 0.0
     for w in (a, b, c):
-        total += x * normals[w, 0] + y * normals[w, 1] + z * normals[w, 2]
+        total += dot(normal, point(normals, w))
     return total < LEAST_FACING
 
 
@@ -172,6 +172,11 @@ def unfold(points: np.ndarray, normals: np.ndarray, triangles: np.ndarray) -> tu
     """
     origin = np.array(triangles, np.int32).ravel()
     dead = _unfold(on_steps(points), on_steps(normals), origin, twins(origin, len(points)))
+    return remaining(origin, dead)
+
+
+def remaining(origin: np.ndarray, dead: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the vertices of the triangles that are left, and these triangles among them."""
     kept, corners = np.unique(origin.reshape(-1, 3)[~dead], return_inverse=True)
     return kept, corners.reshape(-1, 3)
 

@@ -16,6 +16,7 @@ from sparsurf.surfaces.half_edges import (
     around,
     may_collapse,
     next_edge,
+    remaining,
     remove_start,
     squared_length,
     triangle_normal,
@@ -23,6 +24,7 @@ from sparsurf.surfaces.half_edges import (
 )
 from sparsurf.surfaces.mesh import Mesh, build_mesh, molecular_mesh, widest_step
 from sparsurf.surfaces.surface import SurfaceOrigin
+from sparsurf.surfaces.vectors import dot, point
 
 DENSITY_OF_PICTURES = 1.2  # vertices per Å^2
 EDGES_PER_AREA = 0.43  # density of a coarsened mesh, in vertices on the squared length of the edges that go
@@ -44,9 +46,9 @@ def coarsened(mesh: Mesh, density: float) -> Mesh:
     points, normals = on_steps(mesh.vertices.points), on_steps(mesh.vertices.normals)
     origin = np.array(mesh.triangles, np.int32).ravel()
     dead = _collapse_short(points, normals, origin, twins(origin, len(points)), length * np.array(PASSES))
-    kept, corners = np.unique(origin.reshape(-1, 3)[~dead], return_inverse=True)
+    kept, triangles = remaining(origin, dead)
     vertices = mesh.vertices.take(kept)
-    return build_mesh(vertices.points, vertices.normals, corners.reshape(-1, 3), vertices.kind, vertices.atom)
+    return build_mesh(vertices.points, vertices.normals, triangles, vertices.kind, vertices.atom)
 
 
 @njit(cache=True, nogil=True)
@@ -74,9 +76,9 @@ def _folds(h: int, points: np.ndarray, normals: np.ndarray, origin: np.ndarray, 
     while e != h:
         a, b = origin[next_edge(e)], origin[next_edge(next_edge(e))]
         if v not in (a, b):
-            x, y, z, _ = triangle_normal(points, v, a, b)
+            normal, _ = triangle_normal(points, v, a, b)
             for w in (v, a, b):
-                if x * normals[w, 0] + y * normals[w, 1] + z * normals[w, 2] < MIN_FACING:
+                if dot(normal, point(normals, w)) < MIN_FACING:
                     return True
         e = around(e, twin)
     return False
