@@ -32,12 +32,12 @@ PASSES = (0.5, 0.7, 0.85, 1.0)  # of the length of an edge: short edges go first
 MIN_FACING = 0.3  # cosine of a new triangle with the normals of its corners
 
 
-def mesh_of_picture(origin: SurfaceOrigin, threads: int = 1, density: float = DENSITY_OF_PICTURES) -> Mesh:
-    """Return the mesh of the atoms of an origin with about `density` vertices per Å^2, for a picture."""
+def mesh_of_picture(origin: SurfaceOrigin, threads: int = 1) -> Mesh:
+    """Return the mesh of the atoms of an origin as coarse as a picture shows it."""
     rules = origin.rules
     step, positions = widest_step(rules.probe_radius), origin.xyz.round(3)
     mesh = molecular_mesh(positions, origin.radii, rules.probe_radius, step, threads, rules.cavities)
-    return coarsened(mesh, density)
+    return coarsened(mesh, DENSITY_OF_PICTURES)
 
 
 def coarsened(mesh: Mesh, density: float) -> Mesh:

@@ -12,12 +12,12 @@ DOTS_PER_TEST_DOT = 200  # where the config asks for as many test dots as publis
 THOUSAND_DOTS = 20  # dots of a surface like the paper's, in thousands
 
 
-def memory_of_grid(config: dict, thousand_dots: float = THOUSAND_DOTS) -> float:
-    """Return the bytes that the distances of one surface need at most; its size counts only if `test_dots` is 'published'."""
+def memory_of_grid(config: dict) -> float:
+    """Return the bytes that the distances of one surface, as large as those of the paper, need at most."""
     sampling, evaluation = config["sampling"], config["evaluation"]
     test_dots = evaluation["test_dots"]
     if test_dots == "published":
-        test_dots = 1000 * thousand_dots / DOTS_PER_TEST_DOT
+        test_dots = 1000 * THOUSAND_DOTS / DOTS_PER_TEST_DOT
     n_combinations = math.prod(len(sampling[parameter]) for parameter in ("alpha", "beta", "gamma", "delta"))
     one_reading = BYTES_PER_DISTANCE * n_combinations * evaluation["draws"] * test_dots
     return one_reading * (len(Evaluation(**evaluation).grid_readings) + COPIES_DURING_MEAN)

@@ -24,11 +24,11 @@ def p_value(p: float) -> str:
     return "below 0.0001" if p < 1e-4 else f"{p:.2g}"
 
 
-def interval_of(row: Row, name: str, reading: str = "", digits: int = 2) -> str:
+def interval_of(row: Row, name: str, reading: str = "") -> str:
     """Format a value of a row with its limits, such as d, d_low and d_high, or d_kept, d_low_kept, d_high_kept."""
     end = f"_{reading}" if reading else ""
     value, low, high = (row[f"{name}{key}{end}"] for key in ("", "_low", "_high"))
-    return interval(value, low, high, digits)
+    return interval(value, low, high)
 
 
 def auc_of(table: pd.DataFrame, key: Any, column: str) -> str:

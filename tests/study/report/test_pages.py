@@ -200,7 +200,7 @@ def test_texts_of_numbers():
     assert [p_value(p) for p in (0.02345, 0.5, 1e-4, 9e-5)] == ["0.023", "0.5", "0.0001", "below 0.0001"]
     row = {"d": 1.0, "d_low": 0.5, "d_high": 2.0, "d_full": -1.0, "d_low_full": -2.0, "d_high_full": 0.25}
     assert interval_of(row, "d") == "1.00 (0.50 to 2.00)"
-    assert interval_of(row, "d", "full", 1) == "−1.0 (−2.0 to 0.2)"
+    assert interval_of(row, "d", "full") == "−1.00 (−2.00 to 0.25)"
     ends = [(0.1, 0.2), (-0.2, -0.1), (-0.1, 0.1), (np.nan, np.nan)]
     assert [against_zero(*each) for each in ends] == ["above", "below", "around", "unknown"]
     places = [("p", "c1"), ("q", "c1"), ("q", "c2"), ("r", "f0000")]
