@@ -23,7 +23,8 @@ residues without hydrogens and depend on the radii, so that a share may exceed 1
 What buries what: each chain of polymers and each ligand that is read (--ligands) is a partner by itself. --groups H,L+G names
 partners: groups with + between, each a list of chains, ranges of residues (A:10-52) and ligands. An atom belongs to the group
 that names it most closely, by its ligand, else its range, else its chain; atoms of no group are absent.
---of pairs writes the area of each partner that each other one buries where both are alone, --of contacts that of each residue,
+--of pairs writes two rows for each pair that touches: the area of the first partner (group or chain) that the other buries
+where both are alone, and the reverse; half of their sum is the area of the interface. --of contacts writes that of each residue,
 --of groups and --of chains the areas of each partner.
 
 FILE may also hold radii (.xyzr .xyzrn .pqr) or the elements of a small molecule (.sdf .mol .mol2), which get radii of Bondi; the

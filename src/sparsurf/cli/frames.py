@@ -38,7 +38,8 @@ that buries some of it, with the share of the frames in which this is at least
 1 Å^2 (occupancy), and the mean and highest buried area (Å^2). Partners are those
 of `sparsurf areas`: each chain of polymers and each ligand that is read, or
 --groups. In the rows of a ligand
-(--ligands), the column buried is what its protein buries of it in each frame.
+(--ligands), the column buried is what all of its partners bury of it in each
+frame, other ligands included; --groups A,B+LIG names the protein alone.
 
 A run that was stopped continues when the same command is given again, and
 writes the same bytes. Memory does not grow with the number of frames. Parquet

@@ -167,15 +167,17 @@ def add_molecule(parser: argparse.ArgumentParser, *, with_frame: bool = True) ->
 def add_groups(parser: argparse._ActionsContainer) -> None:
     """Add the option that names partners."""
     help_text = (
-        "partners that bury each other, such as H,L+G: groups of chains, ranges (A:10-52) and ligands, with + between "
-        "(default: each chain of polymers and each ligand that is read)"
+        "partners that bury each other, with + between: H,L+G is H and L together against G. A comma joins chains, ranges "
+        "(A:10-52) and ligands of one partner (default: each chain of polymers and each ligand that is read)"
     )
     parser.add_argument("--groups", metavar="GROUPS", help=help_text)
 
 
 def add_column(parser: argparse._ActionsContainer) -> None:
     """Add the option that writes a column of a table as B factors."""
-    help_text = "with -o NAME.pdb, column that the molecule has as its B factors, for the colours of a viewer"
+    help_text = (
+        "with -o NAME.pdb, column of the table, such as mean_bfactor, that the molecule has as its B factors"
+    )
     parser.add_argument("--column", metavar="NAME", help=help_text)
 
 

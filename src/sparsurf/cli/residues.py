@@ -13,8 +13,8 @@ from sparsurf.files import pluralise
 FORMATS = (*writing.TABLE_FORMATS, *writing.PAGE_FORMATS, *writing.OF_COLUMN)
 EXAMPLES = """\
 The table has a row for each residue: its total, contact, saddle and concave area (Å^2), its mean and lowest roughness (1 is
-flat, 0 is rough; blank for a buried residue), the mean of each field over its dots (mean_bfactor), and the number of its dots,
-in total and on the walls of cavities. A .html or a .png file shows the roughness along each chain.
+flat, 0 is rough) and the mean of each field over its dots (mean_bfactor), all blank for a buried residue, its depth (Å), and the
+number of its dots, in total and on the walls of cavities. A .html or a .png file shows the roughness along each chain.
 
 examples:
   sparsurf residues protein.pdb -o residues.csv

@@ -446,7 +446,9 @@ def _lists_of_groups(groups: Groups) -> list[list[str]]:
         ) from None
     lists = [[item.strip() for item in _as_list(group, "groups", "H,L")] for group in in_order]
     if len(lists) < 2:
-        raise InputError(f"{argument('groups')}: one group has no partner; name two or more, as in H,L+G.")
+        raise InputError(
+            f"{argument('groups')}: one group has no partner; name two or more with + between, as in H,L+G."
+        )
     if not all(items and all(items) for items in lists):
         raise InputError(f"{argument('groups')}: a group or a name in it is empty; write them as in H,L+G.")
     return lists

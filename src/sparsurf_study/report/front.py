@@ -1,6 +1,6 @@
 """The first page of a run: the modules of `first_page` supply values, and the templates say them.
 
-To show something more, collect its values in a module of `first_page`, name it in `values_of`, and write a template in
+To show something more, collect its values in a module of `first_page`, name it in `values_of_front`, and write a template in
 templates/first_page that front.html.j2 includes.
 """
 
