@@ -14,7 +14,7 @@ from pathlib import Path
 
 from snakemake.utils import min_version
 
-min_version("9.0")
+min_version("9.27")
 
 # A clone runs its own code. Loaded from a hosted repository, the rules run the installed package, of the same version.
 IS_CLONE = isinstance(workflow.current_basedir, os.PathLike)
@@ -417,6 +417,7 @@ rule summarise_surfaces:
         roughness=every_conformation("roughness.csv"),
         minimal=every_conformation("minimal.csv"),
         recovered=every_conformation("recovered.csv"),
+        residues=every_conformation("residues.csv", MOLECULES),
         ranges=every_conformation("ranges.csv", SAMPLED),
         best=every_conformation("best.json", SAMPLED),
         grid=every_conformation("grid.csv", SAMPLED),

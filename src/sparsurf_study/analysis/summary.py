@@ -59,11 +59,12 @@ def read_result(folder: Path | str, sampled: bool = True, minimal: bool = True) 
     try:
         surface = read_npz(folder / "surface.npz")
         component = stored_components(surface)
+        residues = optional_table("residues") if minimal else None
         result = SurfaceResult(
             folder.parent.name,
             folder.name,
             len(surface),
-            float(surface.area.sum()),
+            float((surface if residues is None else residues).area.sum()),  # exact by residues
             spacing(surface.points),
             float(read_roughness(folder / "roughness.csv", surface).mean()),
             minimal=optional_table("minimal") if minimal else None,
