@@ -142,19 +142,19 @@ def write_bild(
 ) -> None:
     """Write spheres at points (N, 3), Å, or triangles (F, 3) between them; colours (N, 3) in 0..1, by default one."""
     colours = np.tile(KEPT, (len(points), 1)) if colours is None else colours
-    lines, last = [], None
     if triangles is not None:
-        for corners, colour in zip(points[triangles], colours[triangles].mean(axis=1), strict=True):
-            colour_line = ".color {:.2f} {:.2f} {:g}".format(*colour.round(2))
-            lines += [colour_line] if colour_line != last else []
-            lines.append(".polygon " + " ".join(f"{x:.3f}" for x in corners.ravel()))
-            last = colour_line
+        colours = colours[triangles].mean(axis=1)
+        shapes = [
+            ".polygon " + " ".join(f"{x:.3f}" for x in corners.ravel()) for corners in points[triangles]
+        ]
     else:
-        for point, colour in zip(points, colours, strict=True):
-            colour_line = ".color {:.2f} {:.2f} {:g}".format(*colour.round(2))
-            lines += [colour_line] if colour_line != last else []
-            lines.append(".sphere {:.3f} {:.3f} {:.3f} {:g}".format(*point, SPHERE_RADIUS))
-            last = colour_line
+        shapes = [".sphere {:.3f} {:.3f} {:.3f} {:g}".format(*point, SPHERE_RADIUS) for point in points]
+    lines, last = [], None
+    for shape, colour in zip(shapes, colours, strict=True):
+        colour_line = ".color {:.2f} {:.2f} {:g}".format(*colour.round(2))
+        lines += [colour_line] if colour_line != last else []
+        lines.append(shape)
+        last = colour_line
     Path(path).write_text("\n".join([*lines, ""]), encoding="ascii")
 
 
