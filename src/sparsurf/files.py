@@ -65,6 +65,11 @@ def shorten(text: object) -> str:
     return f"{text[:100]}...{text[-60:]} ({len(text)} characters)"
 
 
+def ends_in(path: object, suffixes: str | tuple[str, ...]) -> bool:
+    """Return whether a name ends in one of some suffixes, in any case, with or without .gz."""
+    return str(path).lower().removesuffix(".gz").endswith(suffixes)
+
+
 def pluralise(number: int, noun: str, verb: str = "", separator: str = "") -> str:
     """Return a number with its noun, and a verb: '1 residue lacks', '2 residues lack'; a separator parts thousands."""
     counted = f"{number:{separator}} {noun}{'' if number == 1 else 's'}"

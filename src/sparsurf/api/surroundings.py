@@ -100,7 +100,7 @@ def contacts_on_page(drawn: Molecule, frames: Iterable[np.ndarray], rules: Rules
     partners = Partners(number, [f"chain {name}".strip() if name in chains else name for name in names])
     if len(partners.names) == 1 or drawn.n_atoms > MAX_ATOMS:
         return None
-    sizes = radii(drawn, rules.radii if rules.radii in RADII else "dms")
+    sizes = radii(drawn, _table_of_radii(rules))
     found = []
     for xyz in frames:
         try:
@@ -120,10 +120,15 @@ def relative_areas(molecule: Molecule, frame: int, rules: Rules) -> np.ndarray:
     """Return the relative accessible area of each residue of a molecule, (R,); NaN where it is not known, or is too much work."""
     if molecule.n_atoms > MAX_ATOMS:
         return np.full(molecule.n_residues, np.nan)
-    xyz, table = molecule.xyz[frame].round(3), rules.radii if rules.radii in RADII else "dms"
+    xyz, table = molecule.xyz[frame].round(3), _table_of_radii(rules)
     partner = np.zeros(molecule.n_atoms, int)
     accessible = areas_of_spheres(
         xyz, radii(molecule, table), rules.probe_radius, partner, with_excluded=False
     ).accessible
     names = molecule.residues["residue_name"].to_numpy(str)
     return np.bincount(molecule.residue_index, accessible) / maximal_areas(names)
+
+
+def _table_of_radii(rules: Rules) -> str:
+    """Return the table of radii of dots; that of DMS where they have radii of their own."""
+    return rules.radii if rules.radii in RADII else "dms"

@@ -25,7 +25,7 @@ from sparsurf.api.replacing import beside_mesh, beside_script, path_of_faces, re
 from sparsurf.api.scenes import SCENES, chimerax_script, write_scene
 from sparsurf.arguments import FRAME, check_flag
 from sparsurf.errors import InputError, argument, naming_file
-from sparsurf.files import as_path, closed_streams, shorten
+from sparsurf.files import as_path, closed_streams, ends_in, shorten
 from sparsurf.molecules.formats import title
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.pdb import pdb_b_factor
@@ -221,7 +221,7 @@ def write_page(path: str | Path, html: str) -> None:
 
 def write_dots(output: str | Path, dots: DotsToWrite) -> None:
     """Write Dots in the format of the suffix."""
-    if str(output).lower().removesuffix(".gz").endswith(SCRIPTS):
+    if ends_in(output, SCRIPTS):
         _write_chimerax(Path(output), dots)
         return
     surface = dots.surface
@@ -280,7 +280,7 @@ def write_dots(output: str | Path, dots: DotsToWrite) -> None:
     writers |= dict.fromkeys(SCENES, lambda path: _write_scene(path, dots))
     writers[".html"] = lambda path: _write_page(path, dots)
     writers[".png"] = lambda path: _write_picture(path, dots, str(output))
-    if dots.faces is not None and str(output).lower().removesuffix(".gz").endswith(".csv"):
+    if dots.faces is not None and ends_in(output, ".csv"):
         raise InputError(
             f"{output}: a CSV cannot store the triangles of a mesh; name a file that ends in {', '.join(dots.formats)}, or write "
             "its vertices."
@@ -303,7 +303,7 @@ def _spheres_of(dots: DotsToWrite, output: str) -> tuple[int, list[str] | None, 
     molecule = origin.molecule if molecule is None and origin else molecule
     n = int(surface.atom.max()) + 1 if origin is None else len(origin.radii)
     names = None
-    if molecule is not None and output.lower().removesuffix(".gz").endswith(".vert"):
+    if molecule is not None and ends_in(output, ".vert"):
         names = _names_of_atoms(molecule)
         n = len(names)
     area = float(surface.area.sum())
@@ -371,7 +371,7 @@ def write_table(
     Residues can also be written as a page or a picture of their profile; `about` says what the page does besides, and
     `surface` are the dots that they were measured on. A `column` is written as the B factors of a frame of the molecule.
     """
-    if column is not None or str(output).lower().removesuffix(".gz").endswith(OF_COLUMN):
+    if column is not None or ends_in(output, OF_COLUMN):
         _write_column(output, table, column, molecule, frame)
         return
     table = table.reset_index() if table.index.name else table
@@ -524,7 +524,7 @@ def write(
         if atoms is not None:
             origin.refuse_molecule("write", atoms, frame)
     source: Any = result
-    if isinstance(source, Points) and str(path).lower().removesuffix(".gz").endswith(".parquet"):
+    if isinstance(source, Points) and ends_in(path, ".parquet"):
         from sparsurf.api.points import write_table_of_points  # here: it loads kernels
 
         if names or colours is not None:
@@ -538,7 +538,7 @@ def write(
         table = {name: column for name, column in source.columns().items() if name not in source.fields}
         dots = DotsToWrite(source.surface, table, molecule=atoms, frame=frame, single=True)
     elif is_subset(source):
-        is_shown = str(path).lower().removesuffix(".gz").endswith(PAGE_FORMATS)
+        is_shown = ends_in(path, PAGE_FORMATS)
         about = About(whole=_whole_of(source) if is_shown else None, notes=source.decision)
         dots = DotsToWrite(source.surface, source.table, "weight", atoms, frame, about=about)
     elif isinstance(source, Surface):

@@ -37,6 +37,7 @@ from sparsurf.arguments import (
 from sparsurf.cli.command import StoreOnce
 from sparsurf.dot_fields.maps import MAPS
 from sparsurf.errors import InputError, naming_file
+from sparsurf.files import ends_in
 from sparsurf.molecules.formats import (
     FILE_OF_DOTS,
     STRUCTURE_LABELS,
@@ -183,7 +184,7 @@ def add_column(parser: argparse._ActionsContainer) -> None:
 
 def refuse_column(args: argparse.Namespace) -> None:
     """Raise InputError unless a column is named for a PDB file, and only for one."""
-    is_pdb = args.output.lower().removesuffix(".gz").endswith(".pdb")
+    is_pdb = ends_in(args.output, ".pdb")
     if is_pdb == (args.column is None):
         advice = (
             "name the column of the table that its B factors are"

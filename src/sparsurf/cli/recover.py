@@ -18,6 +18,7 @@ from sparsurf.arguments import INTERPOLANT, MODELS
 from sparsurf.cli import options, outputs
 from sparsurf.cli.descriptors import descriptor_table
 from sparsurf.errors import InputError
+from sparsurf.files import ends_in
 from sparsurf.patches.index import D_LINK, R_ZERNIKE, build_index
 from sparsurf.recovery.interpolated_surface import REACH
 from sparsurf.surfaces.read_surface import read_points, read_surface
@@ -134,7 +135,7 @@ def _mesh(args: argparse.Namespace, few: Surface) -> writing.DotsToWrite:
 
 def _is_dms(args: argparse.Namespace) -> bool:
     """Return whether the output is a DMS file."""
-    return args.output.lower().removesuffix(".gz").endswith(".dms")
+    return ends_in(args.output, ".dms")
 
 
 def _dense_dots(dense: Surface, n_kept: int, is_dms: bool) -> writing.DotsToWrite:

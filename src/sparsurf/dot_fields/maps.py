@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, TypeGuard
 import numpy as np
 
 from sparsurf.errors import FILE, InputError, naming_file
-from sparsurf.files import StrPath, as_path, existing_file, read_text, shorten
+from sparsurf.files import StrPath, as_path, ends_in, existing_file, read_text, shorten
 
 log = logging.getLogger("sparsurf")
 
@@ -34,7 +34,7 @@ class MapGrid(NamedTuple):
 
 def is_map(field: Any) -> TypeGuard[str]:
     """Return whether a user gave the path of a map in place of the name of a field."""
-    return isinstance(field, str) and field.lower().removesuffix(".gz").endswith(MAPS)
+    return isinstance(field, str) and ends_in(field, MAPS)
 
 
 def name_of_map(path: str) -> str:
