@@ -166,9 +166,17 @@ def unpacked(text):
 
 
 def copy_of(study, folder):
-    """Copy the folder of a study by hard links: files of the copy may be deleted and replaced, not edited."""
+    """Copy the folder of a study by hard links: files of the copy may be deleted and replaced, not edited or dated.
+
+    Snakemake writes its records in place, so that these are copies.
+    """
     ignored = shutil.ignore_patterns("locks", "log", warm_python.OPENED)
-    shutil.copytree(study, folder, copy_function=os.link, ignore=ignored)
+    records = study / ".snakemake"
+
+    def copy(source, target):
+        (shutil.copy2 if records in Path(source).parents else os.link)(source, target)
+
+    shutil.copytree(study, folder, copy_function=copy, ignore=ignored)
     return folder
 
 

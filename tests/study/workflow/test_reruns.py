@@ -180,6 +180,7 @@ def test_results_of_an_earlier_version_are_made_again_but_for_files_that_are_tou
     (run / ".ledger").mkdir()
     downloads = [*(run / "loaded/download").iterdir()]
     for path in downloads:
+        replace(path, path.read_bytes())  # a date is that of all links
         os.utime(path, (10**9, 10**9))
     everything = planned_rules(own, config)
     assert everything >= NUMBERS | {"fetch_structure", "draw_roughness", "close_run"}
