@@ -187,7 +187,7 @@ def refuse_column(args: argparse.Namespace) -> None:
     is_pdb = ends_in(args.output, ".pdb")
     if is_pdb == (args.column is None):
         advice = (
-            "name the column of the table that its B factors are"
+            "name the column of the table that the PDB file holds as B factors"
             if is_pdb
             else "name an output in .pdb, or leave it out"
         )
