@@ -2,14 +2,29 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import pandas as pd
 
-if TYPE_CHECKING:
-    import pandas as pd
+from sparsurf.sampling.combination import PARAMETERS
+from sparsurf.settings import SamplingSettings
 
 MIN_RUNS = 40  # with fewer, no rank lies outside of the central 95 %, and nothing is decided
+# The 1,296 combinations among which the paper chose
+GRID = pd.MultiIndex.from_product([getattr(SamplingSettings(), name) for name in PARAMETERS])
 MEASURES = ("d", "Z_tS")
 MIN_P = 0.05  # below it, published values do not look like those of another run
+
+
+def said_of_grid(grid: pd.DataFrame) -> str:
+    """Say how many of the paper's combinations a grid lacks, among which no best one is that of the paper; '' if none."""
+    n = int(GRID.isin(pd.MultiIndex.from_frame(grid[PARAMETERS])).sum())
+    return "" if n == len(GRID) else f"The grid has {n:,} of the paper's {len(GRID):,} combinations"
+
+
+def why_undecided(places: pd.DataFrame, grid: pd.DataFrame) -> str:
+    """Say why it is undecided whether Table I is reproduced; '' where it is decided."""
+    n_runs = int(places["n_runs"].max())
+    few = f"{n_runs} runs were made as published, and the comparison needs at least {MIN_RUNS}"
+    return said_of_grid(grid) or (few if n_runs < MIN_RUNS else "")
 
 
 def count_inside(places: pd.DataFrame) -> dict[str, int]:

@@ -16,7 +16,7 @@ import pandas as pd
 
 from sparsurf.evaluation.ranking import MIN_AREA
 from sparsurf.version import __version__
-from sparsurf_study.paper.verdict import MIN_RUNS, count_inside, is_one_more_run
+from sparsurf_study.paper.verdict import count_inside, is_one_more_run, why_undecided
 from sparsurf_study.report.first_page.batches import of_batches
 from sparsurf_study.report.first_page.frames import of_frames, of_simulations
 from sparsurf_study.report.first_page.grid import of_grid
@@ -126,11 +126,10 @@ def of_paper(run: Run) -> dict[str, Any] | None:
     if not run.has("paper_places.csv"):
         return None
     places, tests = run.read("paper_places.csv"), run.read("paper_tests.csv")
-    n_runs = int(places["n_runs"].max())
     return {
-        "n_runs": n_runs,
+        "n_runs": int(places["n_runs"].max()),
         "inside": count_inside(places),
-        "decided": n_runs >= MIN_RUNS,
+        "undecided": why_undecided(places, run.read(run.ending("grid.csv")[0] + "/grid.csv")),
         "reproduced": is_one_more_run(tests),
         "page": "verdict.html" if run.has("verdict.html") else "",
         "figure": run.figure("table1.png"),

@@ -20,7 +20,14 @@ from sparsurf.sampling.combination import (
 )
 from sparsurf_study.analysis.rough_and_flat import MIN_TEST_DOTS
 from sparsurf_study.paper import replication
-from sparsurf_study.paper.verdict import MEASURES, MIN_RUNS, count_inside, is_one_more_run
+from sparsurf_study.paper.verdict import (
+    MEASURES,
+    MIN_RUNS,
+    count_inside,
+    is_one_more_run,
+    said_of_grid,
+    why_undecided,
+)
 from sparsurf_study.report.numbers import against_zero, is_fragmented
 
 if TYPE_CHECKING:
@@ -28,7 +35,7 @@ if TYPE_CHECKING:
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 
 PAPER_TEMPLATE = "paper.html.j2"
-YES, NO, TOO_FEW = "yes", "no", "too few runs"
+YES, NO, TOO_FEW, NOT_TESTED = "yes", "no", "too few runs", "not tested"
 PUBLISHED_BEST = (1, 0, 6, 0)  # at alpha = 1
 ROW_OF_BEST = 5  # of Table I
 # Of Eq. 2, by the values of the parameters that are set to 0 or 1
@@ -41,6 +48,11 @@ SPAN_TOLERANCE = 0.2  # points of %, by which an end of the range of n_S may dif
 OF_ROWS = (KEPT_READING, SCALED_READING, FULL_READING)
 MAX_LINK_COLUMNS = 6
 CURVE_SIZE = (440, 330)  # px
+OF_WHOLE_GRID = (
+    "winners",
+    "best",
+    "span",
+)  # claims on what is best or lowest among all of the paper's combinations
 HALVES = ("rougher half", "flatter half")
 DISTANCES_UNMOVED = "distances from the dot itself"
 COEFFICIENTS = (121, 231)  # moduli of order 20 at most, and the real numbers in their complex coefficients
@@ -68,7 +80,7 @@ def paper_page(data: dict[str, Any]) -> dict[str, Any]:
     of_best = data["links"][data["links"]["row"] == ROW_OF_BEST].sort_values("d_link")
     ends = of_best[["d_link", "d"]].iloc[[0, int(of_best["d"].argmin())]].to_numpy().tolist()
     chapters = {
-        "table1": table1(data["places"], data["tests"], data["rows"], data["bias"]),
+        "table1": table1(data["places"], data["tests"], data["rows"], data["bias"], grid),
         "winners": describe_winners(data["ranges"], data["places"]),
         "best": best_at_one(data["best"], grid, data["places"]),
         "positive": positive(grid, data["rows"], data["family"]),
@@ -85,12 +97,16 @@ def paper_page(data: dict[str, Any]) -> dict[str, Any]:
         "parameter_free": {"holds": both(False), "links": ends},
         "univocal": {"holds": both(False), "numbers": COEFFICIENTS},
     }
+    reduced = said_of_grid(grid)
+    for name in OF_WHOLE_GRID if reduced else ():
+        chapters[name]["holds"] = dict.fromkeys(GRID_READINGS, NOT_TESTED)
     figures = []
     for n, (name, names) in enumerate(CHAPTERS_OF_FIGURES.items(), start=1):
         figures.append((n, name, [(k, chapters[k]["holds"]) for k in names]))
     return chapters | {
         "claims": [(name, chapter["holds"]) for name, chapter in chapters.items()],
         "readings": GRID_READINGS,
+        "reduced": reduced,
         "surface": data["surface"],
         "links": links(data["links"], data["signs"], grid),
         "curve": curve(data["links"]),
@@ -139,7 +155,7 @@ def span_of(grid: pd.DataFrame) -> dict[str, Any]:
 
 
 def table1(
-    places: pd.DataFrame, tests: pd.DataFrame, rows: pd.DataFrame, bias: pd.DataFrame
+    places: pd.DataFrame, tests: pd.DataFrame, rows: pd.DataFrame, bias: pd.DataFrame, grid: pd.DataFrame
 ) -> dict[str, Any]:
     """Compare Table I with runs made as published, and with means of its combinations under each reading.
 
@@ -149,18 +165,23 @@ def table1(
     def between(table: pd.DataFrame, name: str, low: str, high: str) -> int:
         return int(table[f"{name}_published"].between(table[f"{name}_{low}"], table[f"{name}_{high}"]).sum())
 
-    inside, n = count_inside(places), len(places)
+    inside, n, undecided = count_inside(places), len(places), why_undecided(places, grid)
     published, low, high = rows["d_published"], rows[f"d_low_{FULL_READING}"], rows[f"d_high_{FULL_READING}"]
     opposite = ((published > 0) & (high < 0)) | ((published < 0) & (low > 0))
     of_means = f"low_{KEPT_READING}", f"high_{KEPT_READING}"
     return {
         "holds": {
-            KEPT_READING: f"d {inside['d']}, Z {inside['Z_tS']} of {inside['n']}" if inside["n"] else TOO_FEW,
+            KEPT_READING: f"d {inside['d']}, Z {inside['Z_tS']} of {inside['n']}"
+            if not undecided
+            else NOT_TESTED
+            if said_of_grid(grid)
+            else TOO_FEW,
             FULL_READING: answer(not opposite.any()),
         },
         "same": is_one_more_run(tests),
-        "decided": int(places["n_runs"].max()) >= MIN_RUNS,
+        "undecided": undecided,
         "inside": inside,
+        "compared": len(MEASURES) * int((places["n_runs"] > 1).sum()),
         "in_span": sum(between(places, name, "lowest", "highest") for name in MEASURES),
         "n": n,
         "won": int((places["n_won"] > 0).sum()),
@@ -309,8 +330,9 @@ def rough_and_flat(bins: pd.DataFrame) -> tuple[dict[str, Any], dict[str, Any]]:
 def describe_uniform(grid: pd.DataFrame, patches: float) -> dict[str, Any]:
     """Compare what beta = gamma = delta = 0 keeps with the share alpha."""
     rows = grid[(grid[["beta", "gamma", "delta"]] == 0).all(axis=1)]
-    near = len(rows) and (rows["n_S_percent"] - 100 * rows["alpha"]).abs().max() < 1
-    return {"holds": both(bool(near)), "patches": patches, "rows": rows.to_dict("records")}
+    near = (rows["n_S_percent"] - 100 * rows["alpha"]).abs().max() < 1
+    holds = both(bool(near)) if len(rows) else dict.fromkeys(GRID_READINGS, NOT_TESTED)
+    return {"holds": holds, "patches": patches, "rows": rows.to_dict("records")}
 
 
 def gather(gathering: pd.DataFrame) -> tuple[dict[str, Any], dict[str, Any]]:

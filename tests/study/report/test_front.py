@@ -3,6 +3,7 @@
 import base64
 import hashlib
 import io
+import itertools
 import json
 import re
 
@@ -14,6 +15,7 @@ from PIL import Image
 
 from browser import Browser, programs
 from parsed_pages import Page
+from sparsurf.sampling.combination import PARAMETERS
 from sparsurf.version import __version__
 from sparsurf.views import layout
 from sparsurf_study.report import page as pages
@@ -504,11 +506,22 @@ def test_only_a_subset_that_was_asked_to_be_good_enough_is_called_sufficient(
 
 
 @pytest.mark.parametrize(
-    ("p", "n_runs", "word"),
-    [(0.06, 200, "Yes"), (0.04, 200, "No"), (0.06, 39, "Undecided"), (0.04, 40, "No")],
+    ("p", "n_runs", "n_combinations", "word"),
+    [
+        (0.06, 200, 1296, "Yes"),
+        (0.04, 200, 1296, "No"),
+        (0.06, 39, 1296, "Undecided"),
+        (0.04, 40, 1296, "No"),
+        (0.06, 200, 1295, "Undecided"),
+    ],
 )
-def test_one_test_of_all_rows_decides_whether_table_1_is_reproduced(tmp_path, p, n_runs, word):
+def test_one_test_of_all_rows_decides_whether_table_1_is_reproduced(
+    tmp_path, p, n_runs, n_combinations, word
+):
     files = write_run(tmp_path)
+    values = [(0.1, 0.2, 0.4, 0.6, 0.8, 1), (0, 0.2, 0.4, 0.6, 0.8, 1), range(0, 11, 2), range(0, 11, 2)]
+    grid = pd.DataFrame(itertools.product(*values), columns=PARAMETERS).assign(n_S_percent=50.0)
+    grid[:n_combinations].to_csv(tmp_path / "p/c1/grid.csv", index=False)
     places = pd.DataFrame(
         {"range": [1, 2, 3, 4], "d_inside": [1, 0, 0, 0], "Z_tS_inside": [1, 1, 0, 0], "n_runs": n_runs}
     )
@@ -521,7 +534,11 @@ def test_one_test_of_all_rows_decides_whether_table_1_is_reproduced(tmp_path, p,
         table.to_csv(tmp_path / name, index=False)
     answer = write_front(tmp_path / "index.html", [*files, "paper_places.csv", "paper_tests.csv"], {})[0]
     assert f"Is Table I of the paper reproduced? {word}" in text_of(tmp_path)
-    counted = "1 of 4 published values of d and 2 of 4" if n_runs >= 40 else "39 runs were made as published"
+    counted = "1 of 4 published values of d and 2 of 4"
+    if word == "Undecided":
+        counted = (
+            "39 runs were made as published" if n_runs < 40 else "has 1,295 of the paper's 1,296 combinations"
+        )
     assert counted in text_of(tmp_path)
     assert "verdict.html" not in page_of(tmp_path).links  # which this run does not have
     rows = [row[:3] for row in page_of(tmp_path).rows if "to" in row[0]]
@@ -537,7 +554,7 @@ def test_one_test_of_all_rows_decides_whether_table_1_is_reproduced(tmp_path, p,
         "No": "Table I is not reproduced",
         "Undecided": "It is undecided",
     }
-    assert answer.startswith(starts[word]) and f"{n_runs} runs" in answer
+    assert answer.startswith(starts[word]) and counted in answer
     if word == "Yes":
         more = ["paper_places.csv", "paper_tests.csv", "verdict.html", "table1.png"]
         write_front(tmp_path / "index.html", [*files, *more], {})
