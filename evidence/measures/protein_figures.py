@@ -69,6 +69,9 @@ def needed(stored: dict[str, pd.DataFrame]) -> Figure:
                 "linewidth": width,
                 "marker": marker,
                 "label": sampler_label(sampler),
+                "linestyle": "-"
+                if width > 1
+                else "--",  # a thin line that coincides with a wide one lets it be seen
             }
             ax.plot(rows["percent"], rows["Z"], **style)
         ax.axhline(floor, color="#4D4D4D", linewidth=0.5, linestyle=":")

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 import numpy as np
-from matplotlib import colormaps, colors, patheffects, style
+from matplotlib import colors, patheffects, style
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
@@ -194,9 +194,9 @@ def draw_picture(ax: Axes, picture: np.ndarray, camera: Camera, scale_bar: bool 
         ax.annotate(f"{length} Å", middle, (0, -3), textcoords="offset points", ha="center", va="top")
 
 
-def scale(low: float, high: float) -> ScalarMappable:
-    """Return a colour scale from dark at `low` to bright at `high`, clipped beyond."""
-    return ScalarMappable(colors.Normalize(low, high, clip=True), colormaps["viridis"])
+def scale(low: float, high: float, colour_map: str | colors.Colormap = "viridis") -> ScalarMappable:
+    """Return a colour scale from `low` to `high`, clipped beyond."""
+    return ScalarMappable(colors.Normalize(low, high, clip=True), colour_map)
 
 
 def colours(scale: ScalarMappable, values: np.ndarray) -> np.ndarray:

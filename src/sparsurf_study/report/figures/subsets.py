@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from sparsurf_study.report.figures.results import Results
 
 MAX_DISTANCE = render.DISTANCE_LIMITS[1]
+# The grey of a surface where nothing deviates, so that what does is seen
+DISTANCE_COLOURS = colors.LinearSegmentedColormap.from_list("distance", ["#EBEBEB", "#D55E00", "#500000"])
 ENDS_OF_BARS = np.geomspace(
     1e-4, 1, 41
 )  # Å, since most distances are a thousand times smaller than the largest
@@ -75,7 +77,7 @@ def figure(
     if recovered is None:
         return figure
     title, back, distance, nearest = recovered
-    scale = layout.scale(0, MAX_DISTANCE)
+    scale = layout.scale(0, MAX_DISTANCE, DISTANCE_COLOURS)
     scene = render.draw_surface(back.points, back.normals, layout.colours(scale, distance[nearest]), camera)
     caption = f"{title},\nin the colours of its distance"
     _show(figure, corners, cells - 2, scene, caption, layout.RECONSTRUCTED_COLOUR)
