@@ -43,16 +43,24 @@ def with_surroundings(molecule: Molecule) -> Molecule:
     """
     if not molecule.files or molecule.masked_residues:
         return molecule
-    try:
-        with no_warnings():
-            whole = read_molecule(*molecule.files[:2], selection="not water")
-    except (InputError, OSError, TypeError):
+    for assembly in (False, True):  # the chains of an assembly are not those of its file
+        try:
+            with no_warnings():
+                whole = read_molecule(*molecule.files[:2], selection="not water", assembly=assembly)
+        except (InputError, OSError, TypeError):
+            return molecule
+        place = {key: k for k, key in enumerate(_keys(whole))}
+        placed = np.array([place.get(key, -1) for key in _keys(molecule)])
+        if (placed >= 0).all():
+            break
+    else:
         return molecule
-    if whole.n_frames != molecule.n_frames:
-        return molecule
-    place = {key: k for k, key in enumerate(_keys(whole))}
-    placed = np.array([place.get(key, -1) for key in _keys(molecule)])
-    if (placed < 0).any() or np.abs(whole.xyz[:, placed] - molecule.xyz).max() > SAME_POSITION:
+    if molecule.n_frames == 1:  # of a file of several models, it may be any
+        off = np.abs(whole.xyz[:, placed] - molecule.xyz).max(axis=(1, 2))
+        whole = whole.frame(int(off.argmin()))
+    if whole.n_frames != molecule.n_frames or (
+        np.abs(whole.xyz[:, placed] - molecule.xyz).max() > SAME_POSITION
+    ):
         return molecule
     near = ~np.isin(np.arange(whole.n_atoms), placed) & ~np.isin(whole.kind, ("protein", "water"))
     strangers = np.flatnonzero(near)

@@ -2,6 +2,7 @@
 
 import hashlib
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import mdtraj
@@ -17,6 +18,7 @@ from parsed_pages import Page, origin_of
 from peptides import atom_line, moved, peptide
 from small_study import unpacked
 from sparsurf.api import frame_pages
+from sparsurf.api.surroundings import with_surroundings
 from sparsurf.cli import command
 from sparsurf.views.page import library, packing, scene, shapes
 
@@ -260,6 +262,31 @@ def test_ligands_and_strands_are_drawn_and_touch_the_chains_that_bury_them(brows
     assert browser.run("return element('chosen').textContent").startswith("<\"> 90 ': ")
     assert browser.run("return model.selectedAtoms({ chain: 'B', resn: 'ALA' }).length") == 20
     assert browser.complaints() == []
+
+
+def test_the_ligands_of_an_assembly_and_of_the_model_that_was_read_are_drawn(tmp_path):
+    """The copy lies 30 Å along x, with its ligand; in the second model, chain and ligand moved by 0.5 and 1 Å."""
+    copies = []
+    for copy, shift in ((1, 0.0), (2, 30.0)):
+        for row in (1, 2, 3):
+            turn = "".join(f"{float(row == column):10.6f}" for column in (1, 2, 3))
+            copies.append(f"REMARK 350   BIOMT{row}   {copy}{turn}{shift * (row == 1):15.5f}")
+    head = ["REMARK 350 BIOMOLECULE: 1", "REMARK 350 APPLY THE FOLLOWING TO CHAINS: A", *copies]
+    chain = peptide(["ALA"] * 4, chain="A")
+    ligand = [
+        atom_line("C1", "LIG", "A", "90", (4, x, 3.0), record="HETATM", element="C") for x in (3.6, 4.6)
+    ]
+    (tmp_path / "one.pdb").write_text("\n".join([*head, f"{chain}TER\n{ligand[0]}END\n"]))
+    chains = [chain, peptide(["ALA"] * 4, chain="A", origin=(0, 0.5, 0))]
+    models = [f"MODEL        {k + 1}\n{chains[k]}TER\n{ligand[k]}ENDMDL\n" for k in (0, 1)]
+    (tmp_path / "two.pdb").write_text("".join([*models, "END\n"]))
+    dimer = with_surroundings(sparsurf.read_molecule(tmp_path / "one.pdb", assembly=True))
+    assert np.sort(dimer.xyz[0, dimer.residue_name == "LIG", 0]).tolist() == [4, 34]
+    for model, y in ((1, 3.6), (2, 4.6)):
+        drawn = with_surroundings(sparsurf.read_molecule(tmp_path / "two.pdb", model=model))
+        assert drawn.xyz[:, drawn.residue_name == "LIG", 1].tolist() == [[y]]
+    first = sparsurf.read_molecule(tmp_path / "two.pdb", model=1)
+    assert "LIG" not in with_surroundings(replace(first, xyz=first.xyz + 1)).residue_name
 
 
 def test_a_prediction_is_coloured_by_the_bands_of_its_confidence(tmp_path, browser):
