@@ -73,6 +73,7 @@ if TYPE_CHECKING:  # editors and type checkers see what `__getattr__` loads
     from sparsurf.api.minimal import floors, minimal, recover
     from sparsurf.api.patches import descriptors, roughness
     from sparsurf.api.points import points, points_of
+    from sparsurf.api.regions import regions
     from sparsurf.api.show import show
     from sparsurf.api.subsets import compare, prepare, sample
     from sparsurf.api.surface_atoms import surface_atoms
@@ -114,6 +115,7 @@ FUNCTIONS = {
     "recover": "api.minimal",
     "fields": "api.fields",
     "residues": "api.fields",
+    "regions": "api.regions",
     "depth": "api.depth",
     "areas": "api.areas",
     "frames": "api.frames",
@@ -163,6 +165,7 @@ __all__ = [
     "read_molecule",
     "read_surface",
     "recover",
+    "regions",
     "register",
     "residues",
     "roughness",

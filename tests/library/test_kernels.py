@@ -160,6 +160,7 @@ surface protein.pdb --mesh --density 1 -o mesh.ply
 roughness dots.npz -o page.html
 roughness dots.dms -o roughness.csv
 residues protein.pdb --fields hydropathy,hbond -o residues.csv
+regions protein.pdb --field enclosure --above 2 -o regions.csv
 frames protein.pdb --fields hydropathy -o frames.csv
 points protein.pdb -n 512 -o points.ply
 points protein.pdb --density 0.5 --fields roughness,potential -o points.npz

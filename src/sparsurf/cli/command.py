@@ -34,6 +34,7 @@ COMMANDS = {
     "roughness": "local roughness of every dot",
     "residues": "area, roughness and fields, such as the B factor, of the surface of every residue",
     "areas": "accessible (SASA), excluded and buried area of atoms, residues, chains, ligands and groups, exactly",
+    "regions": "patches of a surface where a field is above or below a threshold, with their areas and residues",
     "frames": "areas and burial, roughness and fields of every residue and ligand in every frame of a trajectory",
     "points": "a few points with normals of a structure, or of every structure of a folder",
     "minimal": "keep few dots that represent a surface",

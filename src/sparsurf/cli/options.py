@@ -287,10 +287,17 @@ def add_fields(parser: argparse._ActionsContainer, has_table: bool = True) -> No
     help_text = f"values at the dots: %(choices)s{further}, with commas between"
     parser.add_argument("--fields", choices=SeveralNames("field"), metavar="NAMES", help=help_text)
     if has_table:
-        help_text = "CSV with columns residue, chain, atom (or residue_name, of a scale) and of values that --fields names"
-        parser.add_argument("--table", metavar="CSV", help=help_text)
-        help_text = "average B factors and columns of --table over a Gaussian of this width, Å (default: not averaged)"
-        parser.add_argument("--smooth", type=number_within(LENGTH), metavar="WIDTH", help=help_text)
+        add_values_of_atoms(parser)
+
+
+def add_values_of_atoms(parser: argparse._ActionsContainer) -> None:
+    """Add the options that say values of atoms, and how widely these are averaged."""
+    help_text = "CSV with columns residue, chain, atom (or residue_name, of a scale) and of values, which become fields"
+    parser.add_argument("--table", metavar="CSV", help=help_text)
+    help_text = (
+        "average B factors and columns of --table over a Gaussian of this width, Å (default: not averaged)"
+    )
+    parser.add_argument("--smooth", type=number_within(LENGTH), metavar="WIDTH", help=help_text)
 
 
 def source_of(args: argparse.Namespace) -> Source:
@@ -318,14 +325,17 @@ def refuse_file_of_dots(args: argparse.Namespace) -> NoReturn:
     raise InputError(what_is_no_structure(source_of(args), formats))
 
 
-def read_dots(args: argparse.Namespace) -> tuple[Surface, Molecule | None]:
-    """Return the dots of FILE, or those that are placed on its atoms, and its molecule; `args.heard` as of `read_atoms`."""
+def read_dots(args: argparse.Namespace, cavities: str = "keep") -> tuple[Surface, Molecule | None]:
+    """Return the dots of FILE, or those that are placed on its atoms, and its molecule; `args.heard` as of `read_atoms`.
+
+    `cavities` is the rule for cavities where none is given.
+    """
     if is_file_of_spheres(args.file):
         refuse_structure_options(args, "spheres")
         from sparsurf.api.surfaces import surface as surface_of  # here: wrong arguments need no numba
 
         with heard(args.file) as args.heard:
-            return surface_of(args.file, d_link=args.d_link, **placement_options(args)), None
+            return surface_of(args.file, d_link=args.d_link, **placement_options(args, cavities)), None
     if not reads_atoms(args):
         refuse_structure_options(args, "dots")
         with heard(args.file) as args.heard:
@@ -334,7 +344,7 @@ def read_dots(args: argparse.Namespace) -> tuple[Surface, Molecule | None]:
     say(f"surface of {molecule.n_atoms:,} atoms")
     from sparsurf.api.surfaces import surface as surface_of  # here: wrong arguments need no numba
 
-    rules = placement_options(args)
+    rules = placement_options(args, cavities)
     return surface_of(molecule, frame=args.frame or 0, d_link=args.d_link, **rules), molecule
 
 

@@ -119,6 +119,8 @@ CALLS = [
         "dots": sparsurf.surface(PROTEIN, probe_radius=1.0)}),
     ("residues", lambda g, **k: sparsurf.residues(g.dots, **k), {"kept": [3]}, {
         "roughness_values": np.zeros(10), "kept": [3, 4], "weight": [7]}),
+    ("regions", lambda g, **k: sparsurf.regions(g.dots, **k), {"field": "hydropathy", "above": 0}, {
+        "field": "mean_curvature", "above": 1, "below": {"above": None, "below": 0}, "min_area": 9000}),
     ("read_molecule", lambda g, **k: sparsurf.read_molecule(g.pdb, **k), {}, {
         "selection": "backbone", "chains": "B", "residues": "A:1-2", "model": 1, "altloc": "highest", "hydrogens": "remove",
         "ligands": "LIG", "groups": "A+LIG"}),

@@ -28,6 +28,7 @@ CALLS = {  # with which options are combined
     "frames": ("two.pdb", "", {}),
     "atoms": ("two.pdb", "", {}),
     "areas": ("two.pdb", "", {}),
+    "regions": ("two.pdb", "--field mean_curvature --below 0", {"field": "mean_curvature", "below": 0}),
 }
 DECLARED = "".join(  # a monomer, and a dimer whose copies lie 6 Å apart
     f"REMARK 350 BIOMOLECULE: {name}\nREMARK 350 APPLY THE FOLLOWING TO CHAINS: A\n"
@@ -94,6 +95,9 @@ OPTIONS = {
      **CAGED, "--stride 2": {"stride": 2}, **WITHIN_A, "--rank hydropathy": {"rank": "hydropathy"}},
     "atoms": {"": {}, **OF_ATOMS, **PLACED, **CAGED},
     "areas": {"": {}, **OF_ATOMS, **PLACED, **RESIDUES, "--of chains": {"of": "chains"}, **WITHIN_A},
+    "regions": {"": {}, **OF_ATOMS, **PLACED, "--field hydropathy": {"field": "hydropathy"},
+     "--above 0": {"above": 0}, "--below 0.1": {"below": 0.1}, "--min-area 0": {"min_area": 0},
+     "--selection all --cavities keep": {"selection": "all", "cavities": "keep"}},
 }  # fmt: skip
 FILES = {  # in which an option has an effect
     "--assembly-name": "declared.pdb",
@@ -109,6 +113,8 @@ INSTEAD = {
     "--n-dots": ("--density",),
     "--percent": ("--n-dots", "--density", "--error", "--error-99", "--max-z"),
     "--every": ("--at",),
+    "--field": ("--field",),
+    "--below": ("--above", "--below"),
 }  # options that exclude one another
 BASES = {  # what an option is compared with, where that is not the command without options
     "--selection all --": "--selection all",
@@ -272,6 +278,13 @@ def areas(file, keys, out):
     return table.iloc[of_residues(table, keys)] if "residues" in keys else table
 
 
+def regions(file, keys, out):
+    rules = {"cavities": "remove"} | some(keys, "frame", *RULES)
+    end = some(keys, "above") or some(keys, "below")
+    dots = sparsurf.surface(molecule_of(file, keys), **rules)
+    return sparsurf.regions(dots, keys["field"], **end, **some(keys, "min_area"))
+
+
 def points(file, keys, out):
     sizes = some(keys, "density") or some(keys, "n_dots")
     settings = some(keys, "fields", "seed", "frame", "probe_radius", "radii", "cavities", "groups")
@@ -307,6 +320,7 @@ WANTED = {
         frames,
         atoms,
         areas,
+        regions,
     )
 }
 

@@ -1,0 +1,131 @@
+"""Regions of a surface: connected dots at which a field lies past a threshold."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sparsurf.api.fields import fields, labelled
+from sparsurf.api.inputs import SurfaceLike, as_dots, has_atoms
+from sparsurf.api.surfaces import surface as surface_of
+from sparsurf.arguments import ERROR_LIMITS, Limits
+from sparsurf.errors import InputError, argument
+from sparsurf.patches.index import D_LINK
+from sparsurf.suggestions import public
+from sparsurf.surfaces.spacing import refuse_sparse
+from sparsurf.surfaces.vectors import pairs_within
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import pandas as pd
+
+    from sparsurf.dot_fields.registry import FieldLike
+    from sparsurf.surfaces.mesh import Mesh
+    from sparsurf.surfaces.surface import Surface
+
+THRESHOLD = Limits(-1e9, 1e9)
+
+
+@public(of_dots=True)
+def regions(
+    dots: SurfaceLike | Mesh,
+    field: FieldLike,
+    *,
+    above: float | None = None,
+    below: float | None = None,
+    min_area: float = 20.0,
+) -> pd.DataFrame:
+    """List the regions of a surface in which a field is above or below a threshold, such as its hydrophobic patches.
+
+    A region is a connected set of dots past the threshold, in which two dots are linked when closer than the d_link that the dots
+    were placed for (0.5 Å by default). Two states are compared by two calls with the same threshold. With the field 'enclosure',
+    regions are enclosed surface; they are not ranked as binding sites.
+
+    Parameters
+    ----------
+    dots : Surface, Mesh, path, pair (points, normals), or molecule
+        All dots of a surface, or a molecule, whose dots are placed with the defaults and without the walls of closed cavities.
+        Dots have the cavities that they were placed with.
+    field : str or callable
+        A field that the dots have, or any that `fields` accepts, such as 'hydropathy'.
+    above, below : float
+        The threshold, one of both, in the unit of the field. A dot is past it if its value is higher, or lower; a dot without a
+        value never is.
+    min_area : float
+        Area of the smallest region that is listed, Å^2 (default 20).
+
+    Returns
+    -------
+    DataFrame, one row per region, the largest first
+        region (from 1), area (Å^2), dots (their number), mean and peak (the highest value, or the lowest one `below`), residues
+        (their labels; blank where they are not known), and x, y, z of its centre (Å), the mean of its dots. There are no rows if
+        all regions are smaller than `min_area`.
+
+    Raises
+    ------
+    InputError
+        No dot is past the threshold, the dots lack the field or their areas, or an argument is outside of its limits.
+
+    Examples
+    --------
+    >>> import sparsurf
+    >>> table = sparsurf.regions("data/tdp43/topology.pdb", "hydropathy", above=1)
+    >>> list(table)
+    ['region', 'area', 'dots', 'mean', 'peak', 'residues', 'x', 'y', 'z']
+    >>> bool((table["peak"] > 1).all())
+    True
+    """
+    # here: it takes long to load
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    if (above is None) == (below is None):
+        raise InputError(f"regions: give a threshold, either {argument('above')} or {argument('below')}.")
+    name, limit, is_past, peak, end = (
+        ("above", above, np.greater, np.fmax.reduce, "highest")
+        if below is None
+        else ("below", below, np.less, np.fmin.reduce, "lowest")
+    )
+    limit, min_area = THRESHOLD.check(limit, name), ERROR_LIMITS.check(min_area, "min_area")
+    surface = surface_of(dots, cavities="remove") if has_atoms(dots) else as_dots(labelled(dots))
+    surface = with_field(surface, field)
+    (values,) = surface.fields.values()
+    past = is_past(values, limit)
+    if not past.any():
+        raise InputError(f"No dot is past {limit:g}; the {end} is {peak(values):.4g}.")
+    d_link, molecule = surface.origin.d_link if surface.origin else D_LINK, surface.molecule
+    refuse_sparse(surface.points, d_link, "regions", "give all dots of a surface")
+    rows = surface.take(past).to_frame(value=values[past], atom=surface.atom[past])
+    if rows["area"].isna().any():
+        raise InputError("regions: these dots have no areas; add a column area, or give the structure.")
+
+    def named(atoms: pd.Series) -> str:
+        labels = map(molecule.residue_label, np.unique(atoms)) if molecule else ()
+        return "; ".join(dict.fromkeys(labels))
+
+    points = surface.points[past]
+    pairs = pairs_within(points, points, d_link)
+    graph = coo_array((np.ones(len(pairs[0])), pairs))
+    found = rows.groupby(connected_components(graph, directed=False)[1]).agg(
+        area=("area", "sum"), dots=("area", "size"), mean=("value", "mean"), peak=("value", peak),
+        residues=("atom", named), **{axis: (axis, "mean") for axis in "xyz"},
+    ).sort_values("area", ascending=False, kind="stable", ignore_index=True)  # fmt: skip
+    found.insert(0, "region", found.index + 1)
+    return found[found["area"] >= min_area]
+
+
+def with_field(
+    dots: Surface, field: FieldLike, table: str | Path | None = None, smooth: float | None = None
+) -> Surface:
+    """Return dots with one field alone, which they have, or which is computed for them."""
+    stored = dots.fields if table is smooth is None else {}
+    if (name := str(field)) in stored:
+        return replace(dots, fields={name: stored[name]})
+    if dots.molecule is None:
+        listed = ", ".join(stored) or "none"
+        raise InputError(f"regions: these dots carry no molecule, and no field {name!r}; theirs: {listed}.")
+    values: Any = fields(dots, [field], table=table, smooth=smooth)
+    return replace(dots, fields=values.to_dict("series"))

@@ -1,0 +1,51 @@
+"""`sparsurf regions`: connected dots at which a field lies past a threshold."""
+
+import argparse
+
+from sparsurf.api import writing
+from sparsurf.arguments import D_LINK
+from sparsurf.cli import options, outputs
+from sparsurf.files import pluralise
+
+EXAMPLES = """\
+A region is a connected set of dots at which the field is above (or below) the threshold. The table has a row for each, the
+largest first: region, area (Å^2), dots, mean and peak of the field, residues, and the centre x, y, z (Å). Compare two states at
+the same threshold. The walls of closed cavities are left out, unless --cavities keep is given. With --field enclosure, regions
+are enclosed surface; they are not ranked as binding sites.
+
+examples:
+  sparsurf regions protein.pdb --field hydropathy --above 1 -o patches.csv
+  sparsurf regions protein.pdb --field potential --below -1 -o negative.csv
+  sparsurf regions protein.pdb --field enclosure --above 2 -o enclosed.npz
+"""
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the command."""
+    parser.add_argument("file", metavar="FILE", help="structure or dots")
+    options.add_output(parser, writing.TABLE_FORMATS)
+    help_text = "a field of the dots: %(choices)s, a map, a column of --table or of a file of dots"
+    choices = options.SeveralNames("field")
+    parser.add_argument("--field", required=True, choices=choices, metavar="NAME", help=help_text)
+    threshold = parser.add_mutually_exclusive_group(required=True)
+    for end in ("above", "below"):
+        help_text = f"list the regions whose dots have values {end} this one"
+        threshold.add_argument(f"--{end}", type=float, help=help_text)
+    help_text = "area of the smallest region that is listed, Å^2 (default 20)"
+    parser.add_argument("--min-area", type=float, default=20, help=help_text)
+    options.add_values_of_atoms(parser)
+    options.add_molecule(parser)
+    options.add_placement(parser, " remove")
+    parser.set_defaults(d_link=D_LINK)
+
+
+def run(args: argparse.Namespace) -> None:
+    """Write the table of regions."""
+    outputs.check(args, writing.TABLE_FORMATS)
+    surface, _ = options.read_dots(args, "remove")
+    from sparsurf.api.regions import regions, with_field  # here: wrong arguments need no numba
+
+    surface = with_field(surface, args.field, **options.values_of_atoms(args))
+    table = regions(surface, *surface.fields, above=args.above, below=args.below, min_area=args.min_area)
+    writing.write_table(args.output, table)
+    outputs.report(args, f"{pluralise(len(table), 'region')}, {table['area'].sum():,.0f} Å^2")
