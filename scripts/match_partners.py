@@ -1,6 +1,7 @@
 """Match both partners of a pair: propensity of every dot, best-matching patches, agreement with the interface."""
 
 from sparsurf_study.workflow.jobs import job
+from sparsurf.surfaces.formats.colours import scale_of
 from sparsurf.surfaces.formats.ply import write_ply
 from sparsurf_study.pairs.matching import NEAREST, best_pairs, contacts, match, tables_of_partners
 from sparsurf_study.pairs.partners import read_partners, select_centres
@@ -22,5 +23,5 @@ with job(snakemake) as s:
     for side, partner in enumerate(partners, 1):
         table = dots[dots["partner"] == side]
         columns = {key: table[key].to_numpy() for key in ("similarity_smoothed", "interface")}
-        propensity = table["propensity_smoothed"].to_numpy()
-        write_ply(s.output[f"ply_{side}"], partner.surface, propensity, "propensity", columns)
+        propensity = scale_of("propensity", table["propensity_smoothed"])
+        write_ply(s.output[f"ply_{side}"], partner.surface, propensity, columns)

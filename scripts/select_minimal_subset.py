@@ -9,6 +9,7 @@ from sparsurf_study.workflow.jobs import job
 from sparsurf.evaluation.minimal_subset import represent
 from sparsurf.sampling.combination import PUBLISHED_CHOICES, choices_from_ranges
 from sparsurf.surfaces.components import COMPONENT_FIELD, fields_without_component
+from sparsurf.surfaces.formats.colours import scale_of
 from sparsurf.surfaces.formats.csv import write_csv
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.formats.ply import write_ply
@@ -45,8 +46,8 @@ with job(snakemake) as s:
     write_csv(s.output.table, rows, list(few.surface.fields))
     columns = {key: rows[key].to_numpy(float) for key in ("area", "spacing", "reach") if key in rows}
     columns |= few.surface.fields
-    write_ply(s.output.ply, few.surface, few.weight.astype(float), "weight", columns)
-    write_ply(s.output.whole, dots, found.roughness, "roughness", component | fields)
+    write_ply(s.output.ply, few.surface, scale_of("weight", few.weight), columns)
+    write_ply(s.output.whole, dots, scale_of("roughness", found.roughness), component | fields)
     if s.settings.fields:
         with open(s.output.fields, "wb") as stream:
             np.savez(stream, **fields)  # type: ignore[arg-type]  # numpy 2.0 has no allow_pickle here

@@ -10,6 +10,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import ArrayLike
 
+    from sparsurf.surfaces.formats.colours import ColourLimits
+
 
 # Set by `sparsurf`, which names them, since figures and pages are made of results
 _functions: list[Callable[[str], Any]] = []
@@ -30,7 +32,14 @@ class Shown:
 
     __slots__ = ()
 
-    def plot(self, values: ArrayLike | None = None, ax: Any = None, *, name: str = "") -> Axes:
+    def plot(
+        self,
+        values: ArrayLike | None = None,
+        ax: Any = None,
+        *,
+        name: str = "",
+        limits: ColourLimits = None,
+    ) -> Axes:
         """Draw the result with matplotlib as the reports do, coloured by `values`, one for each of its dots, or by kind.
 
         Parameters
@@ -41,12 +50,19 @@ class Shown:
             Where it is drawn (default a new figure).
         name : str
             What the values are, such as 'roughness' or the name of a field (default "", not said), written at the scale of the
-            colours. The colours of roughness are those of all pages and figures, from 0.2 (rough) to 0.9 (flat); the colours of
-            other values reach from the lowest to the highest.
+            colours, which are those that `sparsurf.write` gives this field.
+        limits : pair of float, optional
+            Values at the ends of the colours, as in `sparsurf.write`.
         """
-        return functions("plot").plot(self, values, ax, name)
+        return functions("plot").plot(self, values, ax, name, limits)
 
-    def show(self, values: ArrayLike | str | Path | None = None, *, path: str | Path | None = None) -> Any:
+    def show(
+        self,
+        values: ArrayLike | str | Path | None = None,
+        *,
+        path: str | Path | None = None,
+        limits: ColourLimits = None,
+    ) -> Any:
         """Show the result on an interactive page, in the browser if there is no notebook.
 
         Parameters
@@ -55,8 +71,10 @@ class Shown:
             Number of each dot, point or vertex, as in `plot`. A path in this place is `path`.
         path : str or Path, optional
             File in .html for the page (default a temporary file).
+        limits : pair of float, optional
+            Values at the ends of the colours of the values, or else of the first field or of the roughness.
         """
-        return functions("show").show_in_notebook(self, values, path)
+        return functions("show").show_in_notebook(self, values, path, limits)
 
     def write(self, path: str | Path, **options: Any) -> None:
         """Write the result in the format that the suffix of the path names; the options are those of `sparsurf.write`."""

@@ -1047,9 +1047,10 @@ def test_files_with_radii_cells_and_columns(shared, caplog, name):
 
 BONDI = "--radii bondi -o a.csv"
 EIGHTH = {  # answers to other questions than were asked: command, and words of the terminal, or numbers of columns of the table
-    "surface scores.pdb --fields bfactor -o a.bild": "coloured by bfactor from 0 to 60",
-    "surface scores_doubled.pdb --fields bfactor -o a.pml": "coloured by bfactor from 0 to 120",
-    "surface plain.pdb --fields potential -o a.png": r"--fields: \.png files hold no fields",
+    "surface scores.pdb --fields bfactor -o a.bild":
+    "coloured by bfactor from 0 to 60, its lowest and highest value; `--limits` fixes them",
+    "surface scores_doubled.pdb --fields bfactor --limits=0,60 -o a.pml": "coloured by bfactor from 0 to 60\n",
+    "surface plain.pdb --fields potential -o a.png": "coloured by potential from -5 to 5\n",
     f"areas ligand_same_chain.pdb --ligands LIG --of pairs {BONDI}": {"buried": [29.45, 27.01]},
     f"areas dimer_by_remark350.pdb --assembly --of chains {BONDI}": {"buried": [147.8, 147.8]},
     "residues site_100.pdb --residues 229,231 --fields bfactor -o a.csv": {"mean_bfactor": [0, 100]},

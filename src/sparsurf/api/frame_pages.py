@@ -6,7 +6,7 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -57,9 +57,15 @@ def shown_positions(n_frames: int) -> np.ndarray:
 
 
 def ranked_frames(
-    rank: FieldLike | None, rank_by: Ranking | None, shows_frames: bool, rules: Placement
+    rank: FieldLike | None, rank_by: Ranking | None, shows_frames: bool, rules: Placement, **of_one: Any
 ) -> FramesRequest:
-    """Return what a page requests of frames; raise InputError for a wrong ranking, or one of a page without frames."""
+    """Return what a page requests of frames; raise InputError for a wrong ranking, or one of a page without frames.
+
+    `of_one` are arguments about the page of one surface, by name.
+    """
+    for name, given in of_one.items():
+        if given is not None and shows_frames:
+            raise InputError(f"{argument(name)} is about one surface; give a frame as well, or leave it out.")
     for name, given in (("rank", rank), ("rank_by", rank_by)):
         if given is not None and not shows_frames:
             raise InputError(

@@ -30,7 +30,6 @@ from sparsurf.evaluation.residues import residue_table
 from sparsurf.files import pluralise
 from sparsurf.messages import no_warnings
 from sparsurf.molecules.formats import title
-from sparsurf.molecules.plddt import PREDICTED, origin_of_mmcif, origin_of_pdb
 from sparsurf.molecules.source import open_source
 from sparsurf.patches.index import build_grid, nearest_of, select_separated
 from sparsurf.progress import Progress
@@ -42,6 +41,7 @@ from sparsurf.surfaces.components import (
     on_cavities,
     stored_components,
 )
+from sparsurf.surfaces.formats.colours import ColourLimits
 from sparsurf.threads import available_cores
 
 if TYPE_CHECKING:
@@ -72,11 +72,16 @@ STEPS_OF_PAGE = 4  # of a page: the roughness, the triangles, the fields, and th
 
 
 def page_of_surface(
-    surface: Surface, about: About, colour: str = "roughness", values: np.ndarray | None = None
+    surface: Surface,
+    about: About,
+    colour: str = "roughness",
+    values: np.ndarray | None = None,
+    limits: ColourLimits = None,
 ) -> str:
     """Return the page of a surface: its picture, its residues if the dots know their molecule, and what was left out.
 
-    `colour` is 'roughness' or 'kind', unless there are `values` (N,) of the dots. Of dots whose atoms are known, the roughness is
+    It opens in the colours of `values` (N,) of the dots, or of `colour`: 'roughness', 'kind' or a field. `limits` are theirs.
+    Of dots whose atoms are known, the roughness is
     that of the whole surface. Of other dots whose patches would be fragmented, the surface that is reconstructed from them is
     shown; it has no roughness where they are too few.
     """
@@ -145,7 +150,10 @@ def page_of_surface(
     has_roughness = bool(np.isfinite(prepared.roughness).any())
     named = [roughness_values(prepared.roughness)] * has_roughness + named
     has_kinds = values is None and colour == "kind" and (surface.kind >= 0).any()
-    first = 0 if not has_roughness or values is None else 1  # the roughness comes before the values
+    colour = "value" if values is not None else colour
+    first = next((k for k, of_dots in enumerate(named) if of_dots.symbol == colour), 0)
+    if named and limits:
+        named[first] = replace(named[first], limits=limits)
     atoms = buried = None
     numbers = [] if table is None else [*numbers_of_residues(table)]
     messages, xyz = about.heard, np.empty((0, 3))
@@ -181,7 +189,7 @@ def page_of_surface(
         colour="kind" if has_kinds or not named else f"value {first}",
         order=[] if table is None else in_list(table)[0],
         n_ranked=0 if table is None else in_list(table)[1],
-        is_prediction=stated_in(molecule)[1],
+        is_prediction=molecule is not None and molecule.is_prediction,
     )
     facts = Facts(
         subset=len(kept),
@@ -302,7 +310,7 @@ def title_of(about: About, surface: Surface) -> str:
 
 def heading_of(about: About, molecule: Molecule | None) -> str:
     """Return the title that the file of a molecule states, or its name with its chains."""
-    if stated := stated_in(molecule)[0]:
+    if stated := stated_in(molecule):
         return stated
     chains = [] if molecule is None else [name for name in dict.fromkeys(molecule.chain.tolist()) if name]
     few = 0 < len(chains) <= MAX_NAMED
@@ -313,8 +321,8 @@ def heading_of(about: About, molecule: Molecule | None) -> str:
     )
 
 
-def stated_in(molecule: Molecule | None) -> tuple[str, bool]:
-    """Return the title that the file of a molecule states, or an empty one, and whether it says that it is a prediction."""
+def stated_in(molecule: Molecule | None) -> str:
+    """Return the title that the file of a molecule states, or an empty one."""
     from gemmi import cif
 
     try:
@@ -325,14 +333,14 @@ def stated_in(molecule: Molecule | None) -> tuple[str, bool]:
                     *itertools.takewhile(lambda line: not line.startswith(("ATOM", "HETATM", "MODEL")), lines)
                 ]
             titles = [line[10:80].strip() for line in before if line.startswith("TITLE")]
-            return " ".join(" ".join(titles).split()), origin_of_pdb(before, has_box=False) == PREDICTED
+            return " ".join(" ".join(titles).split())
         if source is not None and source.format.name == "mmcif":
             block = cif.read_string(source.text()).sole_block()
             stated = cif.as_string(block.find_value("_struct.title") or "")
-            return " ".join(stated.split()), origin_of_mmcif(block, has_box=False) == PREDICTED
+            return " ".join(stated.split())
     except (InputError, OSError, RuntimeError, ValueError):  # the file was read before, and may be gone
         pass
-    return "", False
+    return ""
 
 
 def with_default_fields(surface: Surface, molecule: Molecule | None) -> tuple[Surface, list[str]]:

@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sparsurf.api.writing import write_page
-from sparsurf.dot_fields.registry import label_and_unit
+from sparsurf.dot_fields.registry import label_with_unit
 from sparsurf.errors import InputError, argument
 from sparsurf.molecules.molecule import Molecule
-from sparsurf.surfaces.formats.ply import KIND_COLOURS, limits_of, viridis
+from sparsurf.surfaces.formats.colours import KIND_COLOURS, ColourLimits, check_limits, scale_of
 from sparsurf.surfaces.surface import Surface, real_numbers
 
 if TYPE_CHECKING:
@@ -52,7 +52,13 @@ class View:
         write_page(path, self.html)
 
 
-def plot(result: Any, values: ArrayLike | None = None, ax: Any = None, name: str = "") -> Axes:
+def plot(
+    result: Any,
+    values: ArrayLike | None = None,
+    ax: Any = None,
+    name: str = "",
+    limits: ColourLimits = None,
+) -> Axes:
     """Draw a result, in Å, as the reports do: lit discs, seen along its smallest axis, with a scale bar; see `Shown.plot`."""
     try:
         import matplotlib.pyplot as plt
@@ -61,23 +67,22 @@ def plot(result: Any, values: ArrayLike | None = None, ax: Any = None, name: str
     except ImportError:
         raise InputError("plot() needs matplotlib: run pip install matplotlib.") from None
     surface = surface_of_result(result)
-    numbers = values_of_dots(len(surface), values)
+    numbers, limits = values_of_dots(len(surface), values), check_limits(limits)
+    if limits is not None and numbers is None:
+        raise InputError("plot: limits are those of values; give values, or leave limits out.")
     ax = plt.figure(layout="constrained").add_subplot() if ax is None else ax
     if ax.name == "3d":
         raise InputError("plot: these axes are 3D, and the picture is flat; give axes without a projection.")
     box = ax.get_window_extent()
     shape = tuple(round(size * layout.DPI / ax.figure.dpi) for size in (box.height, box.width))
     camera = render.aim(surface.points, render.along_smallest_axis(surface.points), shape)
-    limits = limits_of(name)
-    colours = KIND_COLOURS[surface.kind] if numbers is None else viridis(numbers, limits)
+    scale = None if numbers is None else scale_of(name, numbers, limits)
+    colours = KIND_COLOURS[surface.kind] if scale is None else scale.colours
     scene = render.draw_surface(surface.points, surface.normals, colours / 255, camera)
     layout.draw_picture(ax, render.picture(scene), camera)
     ax.set_aspect("equal")
-    if numbers is not None and np.isfinite(numbers).any():
-        scale = layout.scale(*limits or (np.nanmin(numbers), np.nanmax(numbers)))
-        bar = ax.figure.colorbar(scale, ax=ax, shrink=0.6, extend="both" if limits else "neither")
-        label, unit = label_and_unit(name)
-        bar.set_label(f"{label} ({unit})" if unit else label)
+    if scale is not None and np.isfinite(scale.values).any():
+        layout.colour_bar(ax.figure, scale, label_with_unit(name), ax=ax, shrink=0.6)
     return ax
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from sparsurf import kinds
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.pdb import encode_label, pdb_b_factor, pdb_position
-from sparsurf.surfaces.formats.ply import KIND_COLOURS, viridis
+from sparsurf.surfaces.formats.colours import KIND_COLOURS, Scale
 from sparsurf.surfaces.surface import Surface
 
 # Of one file, which shows colours and stores no numbers; .cxc has two files next to it
@@ -89,36 +89,43 @@ def write_scene(
     surface: Surface,
     molecule: Molecule | None = None,
     frame: int = 0,
-    numbers: np.ndarray | None = None,
+    scale: Scale | None = None,
     one_colour: bool = False,
     triangles: np.ndarray | None = None,
-    limits: tuple[float, float] | None = None,
 ) -> None:
     """Write dots, or triangles (F, 3) between them, with the molecule as a cartoon where it is known.
 
     The suffix is .pdb (each dot a HETATM of its own residue DOT), .bild (spheres for ChimeraX), or .pml (a script for PyMOL
-    that holds everything). `numbers` (N,) are B factors, and colours between `limits`, by default the lowest and the highest;
-    without them, the colours show the kinds of the dots.
+    that holds everything). The values of the `scale` are B factors, or colours with their key; without it, colours show the
+    kinds of dots, and triangles have `one_colour`.
     """
     path = Path(path)
-    if one_colour:
-        colours = np.tile(KEPT, (len(surface), 1))
+    if one_colour or (scale is None and triangles is not None):
+        colours, key = np.tile(KEPT, (len(surface), 1)), None
     else:
-        colours = (KIND_COLOURS[surface.kind] if numbers is None else viridis(numbers, limits)) / 255
+        colours, key = (scale.colours if scale else KIND_COLOURS[surface.kind]) / 255, scale
     if path.suffix.lower() == ".pdb":
-        _write_dots_as_pdb(path, surface.points, np.zeros(len(surface)) if numbers is None else numbers)
+        _write_dots_as_pdb(path, surface.points, scale.values if scale else np.zeros(len(surface)))
     elif path.suffix.lower() == ".bild":
-        write_bild(path, surface.points, colours, triangles)
+        write_bild(path, surface.points, colours, triangles, key)
     else:
-        _write_pml(path, surface, colours, molecule, frame, triangles)
+        _write_pml(path, surface, colours, molecule, frame, triangles, key)
 
 
-def chimerax_script(script: str, dots: str, molecule: str | None) -> str:
+def chimerax_script(script: str, dots: str, molecule: str | None, scale: Scale | None = None) -> str:
     """Return the script of a name that opens two files next to it: the dots, and the molecule as a cartoon if it is known."""
     lines = [f"{BEGIN_OF_CHIMERAX_SCRIPT}{_quoted(script)}"]
     if molecule is not None:
         lines += [f"open {_quoted(molecule)}", "hide atoms", "cartoon"]
-    return "\n".join([*lines, f"open {_quoted(dots)}", "set bgColor white", "view", ""])
+    key = [] if scale is None else [_chimerax_key(scale)]
+    return "\n".join([*lines, f"open {_quoted(dots)}", *key, "set bgColor white", "view", ""])
+
+
+def _chimerax_key(scale: Scale) -> str:
+    """Return the command of ChimeraX that draws the key of a scale."""
+    labels = scale.bands or [(f"{value:.4g}", rgb) for value, rgb in scale.stops()]
+    pairs = " ".join(f'"#{bytes(rgb).hex()}:{label}"' for label, rgb in labels)
+    return f"key {pairs} colorTreatment {'distinct' if scale.bands else 'blended'}"
 
 
 def is_opened_by(script: Path, file: Path) -> bool:
@@ -139,6 +146,7 @@ def write_bild(
     points: np.ndarray,
     colours: np.ndarray | None = None,
     triangles: np.ndarray | None = None,
+    scale: Scale | None = None,
 ) -> None:
     """Write spheres at points (N, 3), Å, or triangles (F, 3) between them; colours (N, 3) in 0..1, by default one."""
     colours = np.tile(KEPT, (len(points), 1)) if colours is None else colours
@@ -149,7 +157,7 @@ def write_bild(
         ]
     else:
         shapes = [".sphere {:.3f} {:.3f} {:.3f} {:g}".format(*point, SPHERE_RADIUS) for point in points]
-    lines, last = [], None
+    lines, last = [] if scale is None else [f".{scale.comment}"], None
     for shape, colour in zip(shapes, colours, strict=True):
         colour_line = ".color {:.2f} {:.2f} {:g}".format(*colour.round(2))
         lines += [colour_line] if colour_line != last else []
@@ -177,6 +185,7 @@ def _write_pml(
     molecule: Molecule | None,
     frame: int,
     triangles: np.ndarray | None,
+    scale: Scale | None,
 ) -> None:
     """Write a script that draws the dots or triangles, and the molecule, without another file."""
     structure: Any = ""
@@ -196,6 +205,10 @@ def _write_pml(
     else:
         rows = _rows(np.hstack([colours, surface.points]))
         script = PYMOL.format(structure=structure, rows=rows, radius=SPHERE_RADIUS)
+    if scale is not None and len(scale.places) > 1:
+        values, shades = zip(*scale.stops(), strict=True)
+        # of floats: whole numbers end PyMOL 2.5 at once
+        script += f'cmd.ramp_new("{scale.name}", "none", {[*values]}, {(np.array(shades) / 255).round(3).tolist()})\n'
     path.write_text(script, encoding="utf-8")
 
 

@@ -35,6 +35,7 @@ from sparsurf.molecules.formats import title
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.molecules.source import Source
 from sparsurf.suggestions import public
+from sparsurf.surfaces.formats.colours import ColourLimits, check_limits
 from sparsurf.surfaces.surface import Placement
 
 if TYPE_CHECKING:
@@ -56,6 +57,7 @@ def show(
     frame: int | None = None,
     rank: FieldLike | None = None,
     rank_by: Ranking | None = None,
+    limits: ColourLimits = None,
     open_browser: bool = True,
 ) -> View:
     """Show a molecule or a surface as one page, and open it in the browser where there is one.
@@ -85,6 +87,9 @@ def show(
         'accessible', 'relative', 'buried', or any field.
     rank_by : {'sd', 'range'}, optional
         Whether the standard deviation over the frames counts (the default), or the highest minus the lowest value.
+    limits : pair of float, optional
+        Values at the ends of the colours with which the page opens, as in `write`: those of the first field of the dots, or of
+        the roughness. Frames have none.
     open_browser : bool
         Whether the page is opened in the browser (default True). It never is in a notebook, which shows the page itself, and
         where there is no display.
@@ -116,8 +121,9 @@ def show(
     if path is not None:
         parse_output(path, PAGE_ENDINGS)
         refuse_replacing(path, (source, trajectory))
-    request = ranked_frames(rank, rank_by, trajectory is not None and frame is None, Placement())
-    view = View(_page_to_show(source, trajectory, frame, request))
+    limits, shows_frames = check_limits(limits), trajectory is not None and frame is None
+    request = ranked_frames(rank, rank_by, shows_frames, Placement(), limits=limits)
+    view = View(_page_to_show(source, trajectory, frame, request, limits))
     if path is not None:
         write_page(path, view.html)
     if open_browser and not in_notebook() and has_display():
@@ -125,14 +131,16 @@ def show(
     return view
 
 
-def show_in_notebook(result: Any, values: Any = None, path: str | Path | None = None) -> View:
+def show_in_notebook(
+    result: Any, values: Any = None, path: str | Path | None = None, limits: ColourLimits = None
+) -> View:
     """Show a result on an interactive page, in the browser if there is no notebook; see `Shown.show`."""
     if isinstance(values, str | Path) and path is None:
         values, path = None, values
     if path is not None:
         parse_output(path, PAGE_ENDINGS)
         refuse_replacing(path, (result,))
-    view = View(_page_of_result(result, values))
+    view = View(_page_of_result(result, values, check_limits(limits)))
     if path is not None:
         write_page(path, view.html)
     if not in_notebook() and (path is None or has_display()):
@@ -147,7 +155,7 @@ def notebook_html(result: Any) -> str:
     return View(_page_of_result(result, None))._repr_html_()
 
 
-def _page_of_result(result: Any, values: Any) -> str:
+def _page_of_result(result: Any, values: Any, limits: ColourLimits = None) -> str:
     """Return the page of a result, which opens with the values of its dots if they are given."""
     dots, about = surface_to_show(result, None, 0)
     n_given = len(about.kept) or len(dots)
@@ -155,11 +163,15 @@ def _page_of_result(result: Any, values: Any) -> str:
     if numbers is not None and len(about.kept):
         of_kept, numbers = numbers, np.full(len(dots), np.nan)
         numbers[about.kept] = of_kept
-    return page_of_surface(dots, about, values=numbers)
+    return page_of_surface(dots, about, next(iter(dots.fields), "roughness"), numbers, limits)
 
 
 def _page_to_show(
-    source: Any, trajectory: str | Path | None, frame: int | None, request: FramesRequest
+    source: Any,
+    trajectory: str | Path | None,
+    frame: int | None,
+    request: FramesRequest,
+    limits: ColourLimits,
 ) -> str:
     """Return the page of what the user gave; `request` is what is requested of frames."""
     source = opened_source(source)
@@ -169,7 +181,8 @@ def _page_to_show(
         if molecule.n_frames > 1:
             about = _about(source, messages, trajectory, None)
             return page_of_frames(molecule, about, Path(trajectory).name, request)
-    return page_of_surface(*surface_to_show(source, trajectory, 0 if frame is None else frame))
+    dots, about = surface_to_show(source, trajectory, 0 if frame is None else frame)
+    return page_of_surface(dots, about, next(iter(dots.fields), "roughness"), limits=limits)
 
 
 def surface_to_show(source: Any, trajectory: str | Path | None, frame: int) -> tuple[Any, About]:

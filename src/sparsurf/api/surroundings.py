@@ -73,7 +73,7 @@ def with_surroundings(molecule: Molecule) -> Molecule:
     chosen = is_strand | np.isin(whole.residue_index, whole.residue_index[near])
     chosen[placed] = False
     around = whole.take(chosen)
-    names = [attribute.name for attribute in fields(molecule)][3:-2]  # of the columns of atoms
+    names = [attribute.name for attribute in fields(molecule)][3:-3]  # of the columns of atoms
     columns: dict[str, Any] = {
         name: np.concatenate([getattr(molecule, name), getattr(around, name)]) for name in names
     }

@@ -31,11 +31,12 @@ from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.pdb import pdb_b_factor
 from sparsurf.suggestions import public
 from sparsurf.surfaces.chosen_points import NamedPoints, Points
+from sparsurf.surfaces.formats.colours import KIND_COLOURS, ColourLimits, Scale, check_limits, scale_of
 from sparsurf.surfaces.formats.csv import write_csv
 from sparsurf.surfaces.formats.dms import write_dms
 from sparsurf.surfaces.formats.meshes import BY_TRIMESH, import_trimesh, write_by_trimesh, write_vtp
 from sparsurf.surfaces.formats.msms import Header, write_faces, write_vertices
-from sparsurf.surfaces.formats.ply import KIND_COLOURS, limits_of, viridis, write_ply
+from sparsurf.surfaces.formats.ply import write_ply
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.spheres import write_spheres
 from sparsurf.surfaces.surface import ARRAY_NAMES, RECONSTRUCTION_COLUMNS, Surface
@@ -63,6 +64,8 @@ OF_COLUMN = (".pdb",)  # which hold one column of a table as B factors
 PAGE_ENDINGS = (".html",)
 PAGE_FORMATS = kinds.suffixes("page")  # which show dots, or residues
 SCRIPTS = kinds.suffixes("script")  # which open files that are written next to them
+# Of a .pdb, its viewers choose the colours
+COLOURED = (*{*kinds.suffixes("colours")} - {".pdb"}, *SCRIPTS, *PAGE_FORMATS)
 POSITION_COLUMNS = ("x", "y", "z", "nx", "ny", "nz")
 MAX_NAME_BYTES = 255  # bytes
 BESIDE_OUTPUT = ".sparsurf-"  # begins the name of the folder in which a result is written
@@ -81,6 +84,7 @@ class DotsToWrite:
     molecule : Molecule of the dots, and its frame; they cannot be written as DMS without it
     faces : (F, 3) triangles between them if they are known: then this is a mesh
     coloured : whether a PLY, OBJ or GLB has colours; without them all properties of a PLY are floats
+    limits : values at the ends of the colours; by default those of the column
     single : whether numbers of an npz are float32 and its triangles int32, as networks take them
     message : what is said when they are written
     about : what a page or picture says besides the dots
@@ -93,6 +97,7 @@ class DotsToWrite:
     frame: int = 0
     faces: np.ndarray | None = None
     coloured: bool = True
+    limits: ColourLimits = None
     single: bool = False
     message: str = ""
     about: About = About()  # noqa: RUF009, frozen
@@ -126,19 +131,23 @@ class DotsToWrite:
         return table.join(pd.DataFrame(fields, index=table.index)) if fields else table
 
     @property
-    def values_shown(self) -> np.ndarray | None:
-        """The numbers (N,) that give colours; None for the kinds."""
-        name = self.coloured_by
-        return (
-            np.asarray((self.table if name in self.table else self.surface.fields)[name], float)
-            if name
-            else None
-        )
-
-    @property
     def coloured_by(self) -> str:
         """The column that gives colours: `shown`, or the first field; empty for the kinds."""
         return self.shown or next(iter(self.surface.fields), "")
+
+    @property
+    def scale(self) -> Scale | None:
+        """The numbers (N,) that give colours, and these colours; None for the kinds."""
+        name, molecule = self.coloured_by, _molecule_of(self)[0]
+        if not name:
+            return None
+        values = (self.table if name in self.table else self.surface.fields)[name]
+        return scale_of(name, values, self.limits, molecule is not None and molecule.is_prediction)
+
+    def key(self, output: str | Path) -> Scale | None:
+        """Return the scale that colours a file of the dots; None for kinds, one colour, and a format without colours."""
+        in_one = self.shown == "weight" and not ends_in(output, ".ply")
+        return self.scale if ends_in(output, COLOURED) and not in_one else None
 
     def to_frame(self) -> pd.DataFrame:
         """Return all columns, in the order of a CSV."""
@@ -221,26 +230,26 @@ def write_page(path: str | Path, html: str) -> None:
 
 def write_dots(output: str | Path, dots: DotsToWrite) -> None:
     """Write Dots in the format of the suffix."""
+    surface, scale, coloured = dots.surface, dots.scale, dots.coloured or dots.limits is not None
+    if dots.limits is not None and dots.key(output) is None:
+        raise InputError(
+            f"{argument('limits')} are those of the colours of a field, and {output} has none; leave them out."
+        )
     if ends_in(output, SCRIPTS):
         _write_chimerax(Path(output), dots)
         return
-    surface = dots.surface
 
     def ply(path: Path) -> None:
         values = dots.numbers
-        shown = dots.shown
-        if dots.faces is not None and dots.coloured and surface.fields:
-            shown = next(iter(surface.fields))
-        colours = values.pop(shown).astype(float) if shown else None
-        write_ply(path, surface, colours, shown or "", values, dots.faces, dots.coloured)
+        if scale and coloured:
+            del values[scale.name]
+        write_ply(path, surface, scale if coloured else None, values, dots.faces, coloured)
 
     def by_trimesh(path: Path) -> None:
         assert dots.faces is not None  # `formats` has these suffixes for meshes only
-        numbers = dots.values_shown
-        limits = limits_of(dots.coloured_by)
-        colours = KIND_COLOURS[surface.kind] if numbers is None else viridis(numbers, limits)
-        coloured = dots.coloured and path.suffix != ".stl"
-        write_by_trimesh(path, surface.points, surface.normals, dots.faces, colours if coloured else None)
+        colours = scale.colours if scale else KIND_COLOURS[surface.kind]
+        shown = colours if coloured and path.suffix != ".stl" else None
+        write_by_trimesh(path, surface.points, surface.normals, dots.faces, shown)
 
     def dms(path: Path) -> None:
         molecule = dots.molecule
@@ -317,23 +326,20 @@ def _write_page(path: Path, dots: DotsToWrite) -> None:
 
     about, surface = dots.about, dots.surface
     if about.whole is not None:
-        html = page_of_surface(about.whole, replace(about, kept=np.asarray(dots.table["dot"])))
-    else:
-        html = page_of_surface(surface, about, "roughness" if dots.shown else "kind")
+        surface, about = about.whole, replace(about, kept=np.asarray(dots.table["dot"]))
+    html = page_of_surface(surface, about, dots.coloured_by or "kind", limits=dots.limits)
     path.write_text(html, encoding="utf-8")
 
 
 def _write_picture(path: Path, dots: DotsToWrite, output: str) -> None:
-    """Write the picture of dots: kept ones on their whole surface where it is known, else all by roughness or kind."""
+    """Write the picture of dots, by the values shown or by kind: kept ones on their whole surface where it is known."""
     from sparsurf.api.pages import save_picture
 
     surface, about = dots.surface, dots.about
-    if about.whole is not None:
+    if scale := dots.key(path):
+        save_picture(path, output, "values_picture", surface, scale, about.name, about.whole)
+    elif about.whole is not None:
         save_picture(path, output, "kept_picture", about.whole, surface, about.name)
-    elif dots.shown == "roughness":
-        save_picture(
-            path, output, "roughness_picture", surface, np.asarray(dots.table["roughness"]), about.name
-        )
     else:
         save_picture(path, output, "kinds_picture", surface, about.name)
 
@@ -435,6 +441,7 @@ def write(
     names: Mapping[str, str] | None = None,
     colours: bool | None = None,
     column: str | None = None,
+    limits: ColourLimits = None,
 ) -> None:
     """Write a result in the format that the suffix of a path names, such as .csv, .npz, .ply, .dms, .pml, .html or .png.
 
@@ -468,6 +475,10 @@ def write(
         none: all its properties are then floats, as readers of meshes for networks need them.
     column : str, optional
         Column of a table that a .pdb of `molecule` holds as B factors, such as 'accessible'.
+    limits : pair of float, optional
+        Values at the ends of the colours, such as (-5, 5), which make files comparable. By default, potential (±5 kT/e),
+        hydropathy (±4.5), shape index and hbond (±1) have colours that meet at 0, roughness reaches from 0.2 to 0.9, B factors
+        of a prediction have the bands of the AlphaFold database, and others reach from the lowest to the highest value.
 
     Raises
     ------
@@ -495,8 +506,12 @@ def write(
     are_surface_atoms = hasattr(
         result, "is_exact"
     )  # their module loads kernels, which other results do not need
-    if (is_table or are_surface_atoms or isinstance(result, Molecule)) and (names or colours is not None):
-        raise InputError("write: names and colours are about fields of dots and meshes; leave them out.")
+    limits = check_limits(limits)
+    about_fields = names or colours is not None or limits is not None
+    if (is_table or are_surface_atoms or isinstance(result, Molecule)) and about_fields:
+        raise InputError(
+            "write: names, colours and limits are about fields of dots and meshes; leave them out."
+        )
     if column is not None and not is_table:
         raise InputError("write: column is about a table of residues or atoms; leave it out.")
     atoms = None if molecule is None else as_molecule(molecule)
@@ -527,8 +542,8 @@ def write(
     if isinstance(source, Points) and ends_in(path, ".parquet"):
         from sparsurf.api.points import write_table_of_points  # here: it loads kernels
 
-        if names or colours is not None:
-            raise InputError("write: a table of points takes neither names nor colours; leave them out.")
+        if about_fields:
+            raise InputError("write: a table of points takes no names, colours or limits; leave them out.")
         files = getattr(atoms, "files", ())
         name = source.name if isinstance(source, NamedPoints) else title(files[0]) if files else ""
         named = [NamedPoints.of_points(name, source)]
@@ -551,8 +566,8 @@ def write(
         raise InputError(
             f"write: give dots, a mesh, a molecule or a table, not the type {type(result).__name__}."
         )
-    dots = replace(_renamed(dots, names or {}), coloured=dots.coloured if colours is None else bool(colours))
-    write_dots(path, dots)
+    coloured = dots.coloured if colours is None else bool(colours)
+    write_dots(path, replace(_renamed(dots, names or {}), coloured=coloured, limits=limits))
 
 
 def _write_molecule(molecule: Molecule, path: str | Path, frame: int) -> None:
@@ -625,7 +640,8 @@ def _write_chimerax(path: Path, dots: DotsToWrite) -> None:
     if molecule is not None:
         writers[pdb] = lambda file: molecule.write_pdb(file, frame)
     refuse_replacing(path, (molecule,), {file: companions[file] for file in writers})
-    script = chimerax_script(path.name, bild.name, pdb.name if molecule is not None else None)
+    of_molecule = pdb.name if molecule is not None else None
+    script = chimerax_script(path.name, bild.name, of_molecule, dots.key(path))
     writers[path] = lambda file: file.write_text(script, encoding="utf-8")
     for file, writer in writers.items():
         write_file(file, (file.suffix.lower(),), {file.suffix.lower(): writer})
@@ -634,11 +650,7 @@ def _write_chimerax(path: Path, dots: DotsToWrite) -> None:
 def _write_scene(path: Path, dots: DotsToWrite) -> None:
     """Write dots, or a mesh, with the molecule that they know, for PyMOL or ChimeraX."""
     molecule, frame = _molecule_of(dots)
-    numbers = dots.values_shown
-    one_colour = dots.shown == "weight" or (dots.faces is not None and numbers is None)
-    write_scene(
-        path, dots.surface, molecule, frame, numbers, one_colour, dots.faces, limits_of(dots.coloured_by)
-    )
+    write_scene(path, dots.surface, molecule, frame, dots.scale, dots.shown == "weight", dots.faces)
 
 
 def _npz(path: Path, arrays: Mapping[str, Any]) -> None:

@@ -134,9 +134,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):  # a test may have replaced it
             stream.reconfigure(errors="replace")  # of a locale without Å
-    for k in reversed(range(len(arguments) - 1)):  # -3-2 is a range of residues, no option
-        if arguments[k] == "--residues" and re.match(r"-\d", arguments[k + 1]):
-            arguments[k : k + 2] = [f"--residues={arguments[k + 1]}"]
+    for k in reversed(
+        range(len(arguments) - 1)
+    ):  # -3-2 is a range of residues, and -5,5 are limits, no options
+        if arguments[k] in ("--residues", "--limits") and re.match(r"-[\d.]", arguments[k + 1]):
+            arguments[k : k + 2] = [f"{arguments[k]}={arguments[k + 1]}"]
     quiet = [word for word in arguments if word in ("-q", "--quiet")]  # before a command or after it
     arguments = quiet + [word for word in arguments if word not in quiet]
     os.environ["MPLBACKEND"] = "agg"  # whatever Jupyter or a desktop sets

@@ -87,6 +87,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )
     options.add_seed(parser, "seed of the random numbers, as in a study")
     options.add_fields(parser)
+    options.add_limits(parser)
     options.add_d_link(parser)
     meaning = (
         f"how the surface is reconstructed where its error is measured: {', '.join(MODELS)} (default auto)"
@@ -124,8 +125,9 @@ def run(args: argparse.Namespace) -> None:
         elif (args.percent, args.n_dots, args.density) == (None, None, None):
             message += ". No smaller subset meets the limit"
     about = options.about(args, whole=surface, notes=few.decision)
+    shown = next(iter(few.surface.fields)) if args.fields else "weight"
     outputs.write_output(
-        args, writing.DotsToWrite(few.surface, few.table, "weight", message=message, about=about)
+        args, writing.DotsToWrite(few.surface, few.table, shown, message=message, about=about)
     )
 
 

@@ -242,6 +242,12 @@ def add_colours(parser: argparse._ActionsContainer) -> None:
     parser.add_argument("--colours", action="store_true", help=help_text)
 
 
+def add_limits(parser: argparse._ActionsContainer) -> None:
+    """Add the limits of colours."""
+    help_text = "values at the ends of the colours, such as --limits=-5,5, which make files comparable (default: by field)"
+    parser.add_argument("--limits", metavar="LOW,HIGH", help=help_text)
+
+
 def add_ranking(parser: argparse._ActionsContainer) -> None:
     """Add the options by which the residues of a trajectory are ranked."""
     help_text = f"rank residues by how much this changes: {RANK} (default), another column, such as area or buried, or any field"

@@ -2,17 +2,14 @@
 
 import argparse
 import sys
+from dataclasses import replace
 
-import numpy as np
-
-from sparsurf import kinds
 from sparsurf.api.about import refuse_missing_matplotlib
 from sparsurf.api.replacing import Companions, beside_script, refuse_replacing
 from sparsurf.api.writing import SUFFIXES_OF_NUMBERS, DotsToWrite, parse_output, write_dots
 from sparsurf.errors import InputError
-from sparsurf.molecules.formats import suffix
+from sparsurf.surfaces.formats.colours import Scale, check_limits
 from sparsurf.surfaces.formats.meshes import BY_TRIMESH, import_trimesh
-from sparsurf.surfaces.formats.ply import limits_of
 
 READ_OPTIONS = ("file", "files", "trajectory", "at", "table")  # which can name files
 
@@ -31,20 +28,18 @@ def check(args: argparse.Namespace, formats: tuple[str, ...], companions: Compan
         refuse_missing_matplotlib(args.output)
     if ending in BY_TRIMESH:
         import_trimesh(args.output)
-    if ending in (".dms", ".png") and getattr(args, "fields", None):
+    args.limits = check_limits(getattr(args, "limits", None))
+    if ending == ".dms" and getattr(args, "fields", None):
         raise InputError(
             f"--fields: {ending} files hold no fields; name a file that ends in {', '.join(SUFFIXES_OF_NUMBERS)}."
         )
 
 
 def write_output(args: argparse.Namespace, dots: DotsToWrite) -> None:
-    """Write dots and report them, with the limits of their colours."""
+    """Write dots and report them, with the values at the ends of their colours."""
+    dots = replace(dots, limits=args.limits)
     write_dots(args.output, dots)
-    message, values = dots.message, dots.values_shown
-    if values is not None and dots.shown != "weight" and suffix(args.output) in kinds.suffixes("colours"):
-        low, high = limits_of(dots.coloured_by) or (np.nanmin(values), np.nanmax(values))
-        message += f", coloured by {dots.coloured_by} from {low:.4g} to {high:.4g}"
-    report(args, message)
+    report(args, dots.message, dots.key(args.output))
 
 
 def is_reported(args: argparse.Namespace) -> bool:
@@ -52,7 +47,8 @@ def is_reported(args: argparse.Namespace) -> bool:
     return args.output != "-" and not args.quiet
 
 
-def report(args: argparse.Namespace, message: str) -> None:
-    """Print what was written."""
+def report(args: argparse.Namespace, message: str, key: Scale | None = None) -> None:
+    """Print what was written, and by which scale it is coloured."""
+    message += f"\n{key.words}" if key else ""
     if is_reported(args):
         print(f"wrote {args.output}: {message}", file=sys.stderr, flush=True)

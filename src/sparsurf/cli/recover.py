@@ -58,6 +58,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--mesh", action="store_true", help="write a closed mesh of triangles instead of dots"
     )
     options.add_colours(parser)
+    options.add_limits(parser)
     parser.add_argument(
         "--density",
         type=options.number_within(DENSITIES),
@@ -108,8 +109,8 @@ def run(args: argparse.Namespace) -> None:
     points_at = None if args.at is None else read_points(args.at)
     if args.mesh:
         triangles = _mesh(args, few)
-        writing.write_dots(args.output, triangles)
-        outputs.report(args, f"{triangles.message} from {len(few):,} dots")
+        message = f"{triangles.message} from {len(few):,} dots"
+        outputs.write_output(args, replace(triangles, message=message))
         return
     dense, share = recover_with_share(
         few, density=args.density or DENSITY, reach=args.reach, reconstruction=args.reconstruction
@@ -117,13 +118,13 @@ def run(args: argparse.Namespace) -> None:
     if points_at is not None:
         _describe(args, dense, points_at)
         return
-    dots = replace(_dense_dots(dense, len(few), _is_dms(args)), about=options.about(args))
-    writing.write_dots(args.output, dots)
     on_spheres = f"{100 * share:.0f} % of these" if share > 0 else "none of these"
     on_spheres = (
         "" if args.reconstruction == INTERPOLANT else f"; {on_spheres} lie on spheres of inferred atoms"
     )
-    outputs.report(args, f"{len(dense):,} dots from {len(few):,}{on_spheres}")
+    message = f"{len(dense):,} dots from {len(few):,}{on_spheres}"
+    dots = _dense_dots(dense, len(few), _is_dms(args))
+    outputs.write_output(args, replace(dots, message=message, about=options.about(args)))
 
 
 def _mesh(args: argparse.Namespace, few: Surface) -> writing.DotsToWrite:

@@ -26,6 +26,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     options.add_output(parser, FORMATS)
     help_text = f"radius of a patch in Å (default {R_PATCH:g})"
     parser.add_argument("--r-patch", type=options.number_within(LENGTH), default=R_PATCH, help=help_text)
+    options.add_limits(parser)
     options.add_residues(parser)
     options.add_d_link(parser)
     options.add_molecule(parser)

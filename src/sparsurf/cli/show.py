@@ -11,7 +11,7 @@ from sparsurf.api.pages import page_of_surface
 from sparsurf.api.replacing import is_own_page
 from sparsurf.api.show import has_display, open_page
 from sparsurf.api.surfaces import placement
-from sparsurf.api.writing import PAGE_ENDINGS, write_page
+from sparsurf.api.writing import PAGE_ENDINGS, DotsToWrite, write_page
 from sparsurf.cli import options, outputs
 from sparsurf.molecules.formats import stem
 from sparsurf.patches.index import D_LINK
@@ -30,6 +30,7 @@ _frame20 for frame 20, and _model3 for model 3.
 examples:
   sparsurf show protein.pdb
   sparsurf show protein.pdb --no-open -o page.html
+  sparsurf show protein.pdb --fields potential --limits=-3,3
   sparsurf show dots.csv --no-open
   sparsurf show protein.pdb --trajectory run.xtc
   sparsurf show protein.pdb --trajectory run.xtc --rank area
@@ -47,6 +48,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )
     options.add_molecule(parser)
     options.add_placement(parser)
+    options.add_fields(parser)
+    options.add_limits(parser)
     options.add_ranking(parser.add_argument_group("residues of a trajectory"))
     parser.set_defaults(d_link=D_LINK)
 
@@ -59,19 +62,22 @@ def run(args: argparse.Namespace) -> None:
     outputs.check(args, PAGE_ENDINGS)
     shows_frames = _shows_frames(args)
     rules = placement(density="auto", **options.placement_options(args))
-    request = ranked_frames(args.rank, args.rank_by, shows_frames, rules)
-    molecule = options.read_atoms(args, stride=1) if shows_frames else None
+    of_one = {"fields": args.fields, "limits": args.limits}
+    request = ranked_frames(args.rank, args.rank_by, shows_frames, rules, **of_one)
+    molecule, key = options.read_atoms(args, stride=1) if shows_frames else None, None
     if molecule is not None and molecule.n_frames > 1:
         about, name = options.about(args), Path(args.trajectory).name
         page = page_of_frames(molecule, about, name, request, partial(_say, args))
         counted = f"{len(shown_positions(molecule.n_frames))} frames"
     else:
-        surface, _ = options.read_dots(args)
+        surface = options.with_requested_fields(args, *options.read_dots(args))
         options.say(f"page of {len(surface):,} dots")
-        page, counted = page_of_surface(surface, options.about(args)), f"{len(surface):,} dots"
+        shown, counted = next(iter(surface.fields), "roughness"), f"{len(surface):,} dots"
+        page = page_of_surface(surface, options.about(args), shown, limits=args.limits)
+        key = DotsToWrite(surface, {}, limits=args.limits).key(args.output)
     write_page(args.output, page)
     opens = not args.no_open and has_display() and os.path.isfile(args.output)
-    outputs.report(args, f"{counted}{'' if opens else '; open this page in a browser'}")
+    outputs.report(args, f"{counted}{'' if opens else '; open this page in a browser'}", key)
     if opens:
         open_page(args.output)
 

@@ -21,12 +21,12 @@ FORMATS_OF_MESH = (*writing.MESHES, *writing.SCENES, *writing.SCRIPTS, *writing.
 EXAMPLES = """\
 The columns of a CSV are x,y,z,nx,ny,nz, area (Å^2), kind (0 contact, 1 saddle, 2 concave), component (0 is the largest), chain,
 residue, residue_name, atom_name and atom (its index among the atoms that are read, from 0). A PLY of dots is a point cloud,
-coloured by kind.
+coloured by the first field, or by kind.
 --residues writes the dots of some residues on the surface of the whole molecule. To compute the surface of a part of the molecule
 alone, use --selection.
 --mesh writes a closed mesh of triangles instead of dots. Its vertices lie on the surface, and two triangles share every edge.
 For a NAME.vert, the triangles stand in a NAME.face next to it, which replaces only triangles of a NAME.vert.
-A .html file is the page of `sparsurf show`, and a .png file is a picture; both show the kinds of dots.
+A .html file is the page of `sparsurf show`, and a .png file is a picture; both show the first field, or the kinds of dots.
 A cavity is an enclosed part of the surface that a probe can neither enter nor leave.
 
 FILE may also hold radii (.xyzr .xyzrn .pqr) or the elements of a small molecule (.sdf .mol .mol2), which get radii of Bondi.
@@ -52,6 +52,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--mesh", action="store_true", help="write a closed mesh of triangles instead of dots"
     )
     options.add_colours(parser)
+    options.add_limits(parser)
     options.add_molecule(parser)
     options.add_residues(parser)
     dots = options.add_placement(parser, ": keep for dots, remove for triangles")

@@ -46,6 +46,12 @@ def label_and_unit(name: str) -> tuple[str, str]:
     return (choice.label, choice.unit) if choice else (name.replace("_", " "), "")
 
 
+def label_with_unit(name: str) -> str:
+    """Return the name of a field for people, with its unit if it has one."""
+    label, unit = label_and_unit(name)
+    return f"{label} ({unit.replace('^2', '²')})" if unit else label
+
+
 def hydropathy(molecule: Molecule, points: np.ndarray) -> np.ndarray:
     """Average Kyte and Doolittle's hydropathy of nearby amino acids, 4.5 (hydrophobic) to -4.5."""
     return mean_of_residues(HYDROPATHY, molecule, points)

@@ -37,6 +37,7 @@ class Molecule(Shown):
     b_factor : (A,) float64, Å^2; nan where the file has none
     masked_residues : int, residues left out for their pLDDT; None without a bound, or if the model is not a predicted one
     files : the files that it was read from, which `write` never replaces
+    is_prediction : whether its file says that the B factors are the confidence of a prediction (pLDDT)
     """
 
     xyz: NDArray[np.float64]
@@ -52,6 +53,7 @@ class Molecule(Shown):
     b_factor: NDArray[np.float64]
     masked_residues: int | None = None
     files: tuple[str, ...] = ()
+    is_prediction: bool = False
 
     def __repr__(self) -> str:
         numbers = [(self.n_atoms, "atom"), (self.n_residues, "residue"), (self.n_frames, "frame")]
@@ -111,7 +113,7 @@ class Molecule(Shown):
 
     def take(self, atoms: np.ndarray | slice) -> Molecule:
         """Return the molecule with only `atoms`, a mask or indices."""
-        names = [attribute.name for attribute in fields(self)][3:-2]
+        names = [attribute.name for attribute in fields(self)][3:-3]
         chosen = {name: getattr(self, name)[atoms] for name in names}
         chosen["residue_index"] = np.unique(chosen["residue_index"], return_inverse=True)[1]
         return replace(self, xyz=self.xyz[:, atoms], **chosen)

@@ -24,7 +24,7 @@ from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.parm7 import read_parm7
 from sparsurf.molecules.pdb import read_pdb
 from sparsurf.molecules.plausibility import refuse_impossible
-from sparsurf.molecules.plddt import doubtful_residues
+from sparsurf.molecules.plddt import PREDICTED, doubtful_residues
 from sparsurf.molecules.psf import read_psf
 from sparsurf.molecules.selection import POLYMERS, Groups, SelectionKeys
 from sparsurf.molecules.source import Source, open_source, what_is_no_structure
@@ -189,7 +189,7 @@ def molecule_of_files(
             if plddt is not None:
                 molecule = _without_doubtful(molecule, file.origin, plddt)
             refuse_impossible(molecule, whole=whole)
-            return replace(molecule, files=(os.path.abspath(source),))
+            return replace(molecule, files=(os.path.abspath(source),), is_prediction=file.origin == PREDICTED)
         options = altloc, model, stride, whole, times
         molecule = molecule_of_trajectory(file, source, frames, keys, *options)
     names = source if frames is not source else None

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from matplotlib.legend import Legend
     from matplotlib.text import Text
 
+    from sparsurf.surfaces.formats.colours import Scale
     from sparsurf.views.render import Camera
 
 COLUMN, COLUMN_AND_A_HALF, PAGE_WIDTH = 89.0, 120.0, 183.0  # mm, of a journal
@@ -197,6 +198,16 @@ def draw_picture(ax: Axes, picture: np.ndarray, camera: Camera, scale_bar: bool 
 def scale(low: float, high: float, colour_map: str | colors.Colormap = "viridis") -> ScalarMappable:
     """Return a colour scale from `low` to `high`, clipped beyond."""
     return ScalarMappable(colors.Normalize(low, high, clip=True), colour_map)
+
+
+def colour_bar(figure: Figure, scale: Scale, label: str, **place: Any) -> None:
+    """Draw the key of a scale as a bar, with its label."""
+    low, high = scale.limits
+    table = scale.of(np.linspace(low, high, 1000)) / 255
+    drawn = ScalarMappable(colors.Normalize(low, high), colors.ListedColormap(table))
+    ticks = [*scale.places] if scale.bands else None
+    bar = figure.colorbar(drawn, extend="neither" if scale.is_own else "both", ticks=ticks, **place)
+    bar.set_label(label)
 
 
 def colours(scale: ScalarMappable, values: np.ndarray) -> np.ndarray:

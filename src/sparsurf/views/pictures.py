@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib import colors
 
+from sparsurf.dot_fields.registry import label_with_unit
 from sparsurf.evaluation.ranking import MIN_AREA
-from sparsurf.surfaces.formats.ply import KIND_COLOURS, ROUGHNESS_LIMITS
+from sparsurf.surfaces.formats.colours import KIND_COLOURS, Scale
 from sparsurf.views import layout, render
 from sparsurf.views.layout import styled
 from sparsurf.views.overview.profile import chains, labels_of, limits, places_of_labels, roughest, stretches
@@ -32,15 +33,16 @@ RESIDUE_LABEL_WIDTH = 2.6  # mm, of the name of a residue, which stands upright
 PROFILE_MARGIN = 16.0  # mm, beside a profile
 
 
-def _of_surface(surface: Surface, colours: np.ndarray, name: str, kept: Surface | None = None) -> Sheet:
-    """Draw a surface in colours of 0..1, with its name, and kept dots on it."""
+def _of_surface(
+    surface: Surface, colours: np.ndarray, name: str, kept: Surface | None = None, of_kept: Any = None
+) -> Sheet:
+    """Draw a surface in colours of 0..1, with its name, and kept dots on it, by default dark."""
     figure = layout.sheet(layout.PAGE_WIDTH / 2 + 15, PICTURE[1] + 8, name)
     camera = render.aim(surface.points, render.along_smallest_axis(surface.points), layout.pixels(*PICTURE))
     scene = render.draw_surface(surface.points, surface.normals, colours, camera)
     if kept is not None:
-        scene = render.draw_dots(
-            scene, kept.points, kept.normals, colors.to_rgb(layout.DARK), 1.5 * render.DISC_RADIUS
-        )
+        of_kept = colors.to_rgb(layout.DARK) if of_kept is None else of_kept
+        scene = render.draw_dots(scene, kept.points, kept.normals, of_kept, 1.5 * render.DISC_RADIUS)
     layout.draw_picture(layout.axes(figure, 3, 2, *PICTURE), render.picture(scene), camera)
     return figure
 
@@ -59,19 +61,21 @@ def kinds_picture(surface: Surface, name: str) -> Figure:
 
 
 @styled
-def roughness_picture(surface: Surface, roughness: np.ndarray, name: str) -> Figure:
-    """Draw a surface in the colours of its roughness (N,), on the scale of the reports."""
-    scale = layout.scale(*ROUGHNESS_LIMITS)
-    figure = _of_surface(surface, layout.colours(scale, roughness), name)
-    bar = figure.colorbar(scale, cax=layout.axes(figure, 88, 8, 2.5, 45), extend="both")
-    bar.set_label("roughness $R_i$ (low: rough, high: flat)")
+def values_picture(surface: Surface, scale: Scale, name: str, whole: Surface | None = None) -> Figure:
+    """Draw dots in the colours of their values, as a surface or as discs on the `whole` one."""
+    colours = scale.colours / 255
+    figure = kept_picture(whole, surface, name, colours) if whole else _of_surface(surface, colours, name)
+    label = "pLDDT" if scale.bands else label_with_unit(scale.name)
+    if scale.name == "roughness":
+        label = "roughness $R_i$ (low: rough, high: flat)"
+    layout.colour_bar(figure, scale, label, cax=layout.axes(figure, 88, 8, 2.5, 45))
     return figure
 
 
 @styled
-def kept_picture(surface: Surface, kept: Surface, name: str) -> Figure:
-    """Draw a surface in pale grey with the kept dots on it."""
-    return _of_surface(surface, np.tile(render.PALE_RGB, (len(surface), 1)), name, kept)
+def kept_picture(surface: Surface, kept: Surface, name: str, colours: np.ndarray | None = None) -> Sheet:
+    """Draw a surface in pale grey with the kept dots on it, in colours of 0..1 or dark."""
+    return _of_surface(surface, np.tile(render.PALE_RGB, (len(surface), 1)), name, kept, colours)
 
 
 @styled

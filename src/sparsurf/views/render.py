@@ -15,7 +15,7 @@ import numpy as np
 
 from sparsurf.kernels import njit
 from sparsurf.orientation import principal_axes
-from sparsurf.surfaces.formats.ply import ROUGHNESS_LIMITS, viridis
+from sparsurf.surfaces.formats.colours import scale_of
 
 SUPERSAMPLING = 2  # rendered pixels per pixel of the picture, along each side
 MIN_MEAN_NORMAL = 1e-6  # length of a mean normal that has a direction; shorter ones are rounding errors
@@ -129,7 +129,7 @@ def picture(scene: Scene) -> np.ndarray:
 def thumbnail(points: np.ndarray, normals: np.ndarray, roughness: np.ndarray) -> np.ndarray:
     """Draw a small picture of a surface in the colours of its roughness, with a scale bar."""
     camera = aim(points, along_smallest_axis(points), THUMBNAIL_PIXELS)
-    colours = viridis(roughness, ROUGHNESS_LIMITS) / 255
+    colours = scale_of("roughness", roughness).colours / 255
     image = picture(draw_surface(points, normals, colours, camera))
     left, bottom, length = CAMERA_MARGIN, image.shape[0] - CAMERA_MARGIN, round(SCALE_BAR * camera.scale)
     image[bottom - 2 : bottom, left : left + length] = 0

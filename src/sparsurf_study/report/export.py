@@ -10,6 +10,7 @@ from sparsurf.evaluation.minimal_subset import subset_table
 from sparsurf.messages import no_warnings
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.surfaces.formats.colours import scale_of
 from sparsurf.surfaces.formats.csv import write_csv
 from sparsurf.surfaces.formats.ply import write_ply
 from sparsurf.surfaces.surface import Surface
@@ -55,7 +56,7 @@ def export_structure(run: str, name: str, folder: str | Path) -> str:
     table = table.assign(**kept.fields)
     write_csv(folder / "minimal.csv", table, fields)
     columns = {key: table[key].to_numpy(float) for key in ("spacing", "reach")} | kept.fields
-    write_ply(folder / "minimal.ply", kept, table["weight"].to_numpy(float), "weight", columns)
+    write_ply(folder / "minimal.ply", kept, scale_of("weight", table["weight"]), columns)
     residues.to_csv(folder / "residues.csv", index=False)
     roughness = np.nan_to_num(residues["mean_roughness"].to_numpy(float), nan=B_FACTOR_OF_BURIED)
     molecule.write_pdb(folder / "structure_roughness.pdb", b_factor=roughness[molecule.residue_index])

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib import colors
 from PIL import Image
 
-from sparsurf.surfaces.formats.ply import ROUGHNESS_LIMITS
+from sparsurf.surfaces.formats.colours import ROUGHNESS_LIMITS
 from sparsurf.surfaces.surface import Surface
 from sparsurf.views import layout, render
 

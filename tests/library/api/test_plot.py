@@ -20,7 +20,7 @@ from sparsurf import Surface
 from sparsurf.api import show
 from sparsurf.errors import InputError
 from sparsurf.recovery.errors import distance_to_recovered
-from sparsurf.surfaces.formats.ply import KIND_COLOURS, ROUGHNESS_LIMITS
+from sparsurf.surfaces.formats.colours import KIND_COLOURS, ROUGHNESS_LIMITS
 
 
 def colours_of(ax):

@@ -102,7 +102,7 @@ def read_bild(path):
     for name, *numbers in map(str.split, path.read_text().splitlines()):
         if name == ".color":
             colour = [*map(float, numbers)]
-        else:
+        elif name != ".comment":
             corners = np.array(numbers[:3] if name == ".sphere" else numbers, float).reshape(-1, 3)
             places += corners.tolist()
             colours += [colour] * len(corners)

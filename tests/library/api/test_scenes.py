@@ -15,7 +15,7 @@ from conftest import ROOT
 from peptides import peptide
 from sparsurf import Surface
 from sparsurf.errors import InputError
-from sparsurf.surfaces.formats.ply import KIND_COLOURS, viridis
+from sparsurf.surfaces.formats.colours import KIND_COLOURS, scale_of
 from sparsurf_study.report.scenes import script_text
 
 PEPTIDE = ROOT / "data" / "tdp43" / "topology.pdb"
@@ -66,6 +66,9 @@ def test_a_real_pymol_opens_names_that_mean_something_to_it(tmp_path):
     (tmp_path / "named.pdb").write_text(text + "END\n")
     molecule = sparsurf.read_molecule(tmp_path / "named.pdb")
     sparsurf.write(sparsurf.minimal(molecule, n_dots=40), tmp_path / "few.pml")
+    dots = sparsurf.surface(molecule)
+    coloured = replace(dots, fields={"potential": dots.points[:, 0]})
+    sparsurf.write(coloured, tmp_path / "coloured.pml")
     molecule.write_pdb(tmp_path / "structure_roughness.pdb")
     (tmp_path / "minimal.csv").write_text("x,y,z\n1,2,3\n")
     (tmp_path / "residues.csv").write_text(
@@ -77,6 +80,7 @@ def test_a_real_pymol_opens_names_that_mean_something_to_it(tmp_path):
     environment = {"env": os.environ | {"PATH": path}, "cwd": tmp_path}
     for script, name, names in (
         ("few.pml", "structure", ["dots", "structure"]),
+        ("coloured.pml", "structure", ["dots", "potential", "structure"]),
         ("open.pml", "mean_all", ["mean_all", "mean_structure", "minimal", "structure"]),
     ):
         command = ["pymol", "-ckq", script, "-d", seen.replace("{}", name)]
@@ -111,7 +115,7 @@ def test_a_mesh_has_its_triangles_in_pymol_and_chimerax(tmp_path):
     with_field = replace(mesh, vertices=replace(mesh.vertices, fields={"height": mesh.vertices.points[:, 0]}))
     sparsurf.write(with_field, tmp_path / "field.pml")
     coloured = np.array(in_pymol(tmp_path / "field.pml")[0]["mesh"][2:-1]).reshape(-1, 12)
-    shades = viridis(mesh.vertices.points[:, 0])[mesh.triangles.ravel()] / 255
+    shades = scale_of("height", mesh.vertices.points[:, 0]).colours[mesh.triangles.ravel()] / 255
     assert np.abs(coloured[:, 1:4].astype(float) - shades).max() <= 0.005
     sparsurf.write(with_field, tmp_path / "field.bild")
     assert (tmp_path / "field.bild").read_text().count(".color") > 10
@@ -231,7 +235,8 @@ def test_dots_have_the_colour_of_their_kind_and_the_atoms_of_their_frame(tmp_pat
     assert np.abs(np.array(colour.split()[1:], float) - [0.99, 0.91, 0.14]).max() < 0.02  # the end of viridis
     flat = replace(dots, fields={"roughness": np.full(len(dots), 0.9)})
     sparsurf.write(flat, tmp_path / "flat.bild")
-    colour = (tmp_path / "flat.bild").read_text().splitlines()[0]
+    key, colour, *_ = (tmp_path / "flat.bild").read_text().splitlines()
+    assert key.startswith(".comment roughness: 0.2 #440154, ") and key.endswith(", 0.9 #fde724")
     assert np.abs(np.array(colour.split()[1:], float) - [0.99, 0.91, 0.14]).max() < 0.02  # as on all surfaces
 
 

@@ -131,7 +131,7 @@ def test_two_fields_may_change_their_names(mesh, tmp_path):
 
 
 def test_names_and_colours_are_about_fields(mesh, molecule, tmp_path):
-    with pytest.raises(InputError, match="names and colours are about fields"):
+    with pytest.raises(InputError, match="names, colours and limits are about fields"):
         sparsurf.write(mesh.to_frame(), tmp_path / "t.csv", names={"a": "b"})
     with pytest.raises(InputError, match="colours is 1"):
         sparsurf.write(mesh, tmp_path / "m.ply", colours=1)

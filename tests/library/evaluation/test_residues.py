@@ -16,8 +16,8 @@ from small_study import run_script
 from sparsurf.evaluation.residues import residue_table, roughness_over_frames
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.settings import SurfaceSettings
+from sparsurf.surfaces.formats.colours import ROUGHNESS_LIMITS
 from sparsurf.surfaces.formats.npz import write_npz
-from sparsurf.surfaces.formats.ply import ROUGHNESS_LIMITS
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.radii import radii
 

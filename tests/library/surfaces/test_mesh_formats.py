@@ -13,7 +13,7 @@ import sparsurf
 from conftest import ROOT
 from sparsurf.cli.command import main
 from sparsurf.errors import InputError
-from sparsurf.surfaces.formats.ply import KIND_COLOURS, viridis
+from sparsurf.surfaces.formats.colours import KIND_COLOURS, scale_of
 
 PROTEIN = ROOT / "data/tdp43/topology.pdb"
 
@@ -40,7 +40,7 @@ def test_trimesh_opens_a_closed_mesh(mesh, tmp_path, name, colours):
         assert np.abs(found.vertices - mesh.vertices.points).max() < 1e-3
         assert np.array_equal(found.faces, mesh.triangles)
         if colours:
-            shades = viridis(mesh.vertices.fields["roughness"])
+            shades = scale_of("roughness", mesh.vertices.fields["roughness"]).colours
             assert np.abs(found.visual.vertex_colors[:, :3].astype(int) - shades).max() <= 1
     if name == "m.obj":  # trimesh computes normals of its own
         lines = [line.split() for line in path.read_text().splitlines()]

@@ -6,14 +6,8 @@ import numpy as np
 import pytest
 
 from sparsurf.errors import InputError
-from sparsurf.surfaces.formats.ply import (
-    AXES,
-    KIND_COLOURS,
-    ROUGHNESS_LIMITS,
-    VERTEX_GREY,
-    viridis,
-    write_ply,
-)
+from sparsurf.surfaces.formats.colours import KIND_COLOURS, ROUGHNESS_LIMITS, VERTEX_GREY, scale_of
+from sparsurf.surfaces.formats.ply import AXES, write_ply
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.read_surface import read_surface
 from sparsurf.surfaces.surface import Surface
@@ -41,14 +35,16 @@ def read_ply(path):
 
 
 def test_what_is_written_is_read_and_whole_numbers_in_full(tmp_path, small):
-    write_ply(tmp_path / "a.ply", small, np.arange(len(small)), "weight", {"spacing": np.ones(len(small))})
+    write_ply(
+        tmp_path / "a.ply", small, scale_of("weight", range(len(small))), {"spacing": np.ones(len(small))}
+    )
     found = read_surface(tmp_path / "a.ply")
     np.testing.assert_allclose(found.points, small.points, rtol=0, atol=5.1e-5)
     np.testing.assert_allclose(found.normals, small.normals, rtol=0, atol=2e-4)  # of unit length again
     assert (found.kind == -1).all()
     surface, number = Surface(np.eye(3), np.eye(3)), np.array([0, 999_999, 12_345_678])
     columns = {"dot": number, "weight": number / 2, "near": number > 0}
-    write_ply(tmp_path / "a.ply", surface, number, "count", columns)
+    write_ply(tmp_path / "a.ply", surface, columns={"count": number} | columns)
     text = (tmp_path / "a.ply").read_text()
     assert "property int count\nproperty int dot\nproperty float weight\nproperty float near\n" in text
     vertices, _ = read_ply(tmp_path / "a.ply")
@@ -167,15 +163,20 @@ def test_the_colours_are_those_of_matplotlib():
     from matplotlib import colormaps
 
     values = np.linspace(-3, 7, 2049)
-    assert np.array_equal(viridis(values), colormaps["viridis"]((values + 3) / 10, bytes=True)[:, :3])
-    unknown = viridis([np.inf, *values, np.nan, -np.inf])
-    assert np.array_equal(unknown[1:-2], viridis(values)) and (unknown[[0, -2, -1]] == VERTEX_GREY).all()
+    assert np.array_equal(
+        scale_of("", values).colours, colormaps["viridis"]((values + 3) / 10, bytes=True)[:, :3]
+    )
+    unknown = scale_of("", [np.inf, *values, np.nan, -np.inf]).colours
+    assert (
+        np.array_equal(unknown[1:-2], scale_of("", values).colours)
+        and (unknown[[0, -2, -1]] == VERTEX_GREY).all()
+    )
 
 
 def test_ply_holds_dots_values_and_colours(tmp_path, small):
     values = np.linspace(0.2, 0.8, len(small))
     values[5] = np.nan
-    write_ply(tmp_path / "a.ply", small, values, "height", {"weight": small.area})
+    write_ply(tmp_path / "a.ply", small, scale_of("height", values), {"weight": small.area})
     vertices, faces = read_ply(tmp_path / "a.ply")
     assert list(vertices) == ["x", "y", "z", "nx", "ny", "nz", "red", "green", "blue", "height", "weight"]
     np.testing.assert_allclose(np.stack([vertices[k] for k in "xyz"], 1), small.points, rtol=0, atol=5.1e-5)
@@ -196,7 +197,7 @@ def test_roughness_has_the_same_colours_on_every_surface(tmp_path):
     for others in ([0.3, 0.4], [0.0, 1.0]):
         values = np.array([*ROUGHNESS_LIMITS, middle, *others])
         surface = Surface(np.eye(5, 3) + np.arange(5)[:, None], np.eye(3)[[0, 1, 2, 0, 1]])
-        write_ply(tmp_path / "a.ply", surface, values, "roughness")
+        write_ply(tmp_path / "a.ply", surface, scale_of("roughness", values))
         vertices, _ = read_ply(tmp_path / "a.ply")
         colours = np.column_stack([vertices[channel] for channel in ("red", "green", "blue")])
         assert colours[:3].tolist() == [[68, 1, 84], [253, 231, 36], [32, 144, 140]]
@@ -217,7 +218,7 @@ def test_without_values_the_colours_tell_the_kinds_of_dots(tmp_path, small):
 
 def test_ply_of_a_few_dots_and_of_constant_values(tmp_path):
     surface = Surface(np.eye(3), np.eye(3))
-    write_ply(tmp_path / "a.ply", surface, np.ones(3), "height")
+    write_ply(tmp_path / "a.ply", surface, scale_of("height", np.ones(3)))
     vertices, faces = read_ply(tmp_path / "a.ply")
     assert len(vertices["x"]) == 3 and faces is None
     assert [vertices[channel][0] for channel in ("red", "green", "blue")] == [
@@ -226,7 +227,7 @@ def test_ply_of_a_few_dots_and_of_constant_values(tmp_path):
         140,
     ]  # the middle of viridis
     with pytest.raises(InputError, match="2 values of roughness for 3 dots"):
-        write_ply(tmp_path / "a.ply", surface, np.ones(2))
+        write_ply(tmp_path / "a.ply", surface, scale_of("roughness", np.ones(2)))
 
 
 def test_triangles_are_written_where_they_are_known(tmp_path, small):

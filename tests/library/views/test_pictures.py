@@ -10,7 +10,7 @@ from conftest import ball
 from peptides import peptide
 from sparsurf import Surface
 from sparsurf.cli import command
-from sparsurf.surfaces.formats.ply import KIND_COLOURS, ROUGHNESS_LIMITS
+from sparsurf.surfaces.formats.colours import KIND_COLOURS, ROUGHNESS_LIMITS, scale_of
 from sparsurf.views import layout, pictures, render
 
 
@@ -46,7 +46,9 @@ def ellipsoid(n=2000):
 def test_a_surface_has_the_colours_of_its_roughness_on_the_scale_of_the_reports():
     points, normals = ellipsoid()
     low, high = ROUGHNESS_LIMITS
-    figure = pictures.roughness_picture(Surface(points, normals), np.where(points[:, 0] < 0, low, high), "p")
+    figure = pictures.values_picture(
+        Surface(points, normals), scale_of("roughness", np.where(points[:, 0] < 0, low, high)), "p"
+    )
     bar = next(ax for ax in figure.axes if not ax.images)
     assert bar.get_ylim() == pytest.approx((low, high)) and "low: rough" in bar.get_ylabel()
     pixels = pixels_of(figure)
@@ -137,7 +139,6 @@ def test_each_result_has_its_own_picture(saved, tmp_path):
         == 0
     )
     part = dots[dots.to_frame()["residue"].to_numpy() == "2"]
-    wanted = pictures.roughness_picture(
-        part, sparsurf.roughness(dots)[dots.to_frame()["residue"] == "2"], "ala"
-    )
+    of_part = sparsurf.roughness(dots)[dots.to_frame()["residue"] == "2"]
+    wanted = pictures.values_picture(part, scale_of("roughness", of_part), "ala")
     assert np.array_equal(pixels_of(saved[-1]), pixels_of(wanted)) and len(saved[-1].axes) == 2

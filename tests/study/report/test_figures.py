@@ -24,7 +24,7 @@ from sparsurf.arguments import INTERPOLANT, SPHERES
 from sparsurf.recovery.law import error_at
 from sparsurf.sampling.combination import Combination
 from sparsurf.settings import Settings
-from sparsurf.surfaces.formats.ply import ROUGHNESS_LIMITS
+from sparsurf.surfaces.formats.colours import ROUGHNESS_LIMITS
 from sparsurf.surfaces.surface import Surface
 from sparsurf.views import layout
 from sparsurf_study.report.figures import (

@@ -23,8 +23,8 @@ from sparsurf.sampling.combination import PARAMETERS
 from sparsurf.sampling.samplers import farthest
 from sparsurf.settings import Settings
 from sparsurf.streams import Streams
+from sparsurf.surfaces.formats.colours import KIND_COLOURS, ROUGHNESS_LIMITS
 from sparsurf.surfaces.formats.npz import read_npz
-from sparsurf.surfaces.formats.ply import KIND_COLOURS, ROUGHNESS_LIMITS
 from sparsurf.surfaces.surface import Surface
 from sparsurf.views.overview import page as overview
 from sparsurf.views.page import dots as page_dots

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sparsurf.errors import FILE, InputError
+from sparsurf.surfaces.formats.colours import KIND_COLOURS, Scale
 from sparsurf.surfaces.surface import (
     Reconstruction,
     Surface,
@@ -31,13 +32,7 @@ if TYPE_CHECKING:
 
 log = logging.getLogger("sparsurf")
 
-# Contact, saddle, concave, unknown
-KIND_COLOURS = np.array([[86, 180, 233], [230, 159, 0], [0, 158, 115], [160, 160, 160]], np.uint8)
-# Of R at the ends of the colours, the same in all figures, pages and files, so that surfaces can be compared
-ROUGHNESS_LIMITS = 0.2, 0.9
-VERTEX_GREY = np.array([160, 160, 160], np.uint8)
 AXES, COLOUR_CHANNELS = ("x", "y", "z", "nx", "ny", "nz"), ("red", "green", "blue")
-VIRIDIS = np.load(Path(__file__).with_name("viridis.npy"))  # (256, 3) uint8, so that matplotlib is not needed
 BYTE_ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 PLY_TYPES = {"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4"}
 PLY_TYPES |= {f"{name}{8 * size}": f"{name[0]}{size}" for name in ("int", "uint") for size in (1, 2, 4)}
@@ -50,25 +45,24 @@ MAX_DIGITS_OF_COUNT = 12  # of vertices in a header; a longer number is damaged
 def write_ply(
     path: Path | str,
     surface: Surface,
-    values: ArrayLike | None = None,
-    name: str = "roughness",
+    scale: Scale | None = None,
     columns: Mapping[str, ArrayLike] | None = None,
     faces: np.ndarray | None = None,
     coloured: bool = True,
 ) -> None:
     """Write a PLY file of the dots, in their order: a point cloud, or a mesh with triangles `faces` (F, 3) between them.
 
-    `values` (N,), called `name`, are colours (viridis, grey for NaN) and a property; without them, the colours show contact
-    (blue), saddle (orange) and concave (green) dots. `columns` are further properties, (N,) by name; integers stay such.
+    The values of the `scale` are a property and its colours; without it, the colours show contact (blue), saddle (orange) and
+    concave (green) dots. `columns` are further properties, (N,) by name; integers stay such.
     Unless `coloured`, there are no colours, and all properties are floats: readers of meshes for networks take no other.
     """
-    raw = ({} if values is None else {name: values}) | dict(columns or {})
+    raw = ({} if scale is None else {scale.name: scale.values}) | dict(columns or {})
     integers = [key for key, column in raw.items() if np.asarray(column).dtype.kind in "iu"]
     properties = {key: np.asarray(column, float) for key, column in raw.items()}
     for key, column in properties.items():
         if len(column) != len(surface):
             raise InputError(f"surface: {len(column)} values of {key} for {len(surface)} dots.")
-    colours = KIND_COLOURS[surface.kind] if values is None else viridis(values, limits_of(name))
+    colours = KIND_COLOURS[surface.kind] if scale is None else scale.colours
     table = dict(zip(AXES, np.hstack([surface.points, surface.normals]).T, strict=True))
     types = dict.fromkeys([*AXES, *properties], "float")
     if coloured:
@@ -76,7 +70,8 @@ def write_ply(
         types = dict.fromkeys([*AXES, *COLOUR_CHANNELS], "float") | types
         types |= dict.fromkeys(COLOUR_CHANNELS, "uchar") | dict.fromkeys(integers, "int")
     table |= properties
-    header = ["ply", "format ascii 1.0", *_comments(surface), f"element vertex {len(surface)}"]
+    comments = _comments(surface) + ([scale.comment] if scale else [])
+    header = ["ply", "format ascii 1.0", *comments, f"element vertex {len(surface)}"]
     header += [f"property {kind} {key}" for key, kind in types.items()]
     if faces is not None:
         header += [f"element face {len(faces)}", "property list uchar int vertex_indices"]
@@ -118,25 +113,6 @@ def _write_text(
         columns = (column.tolist() for column in table.values())
         stream.writelines(f"{row % values}\n" for values in zip(*columns, strict=True))
         stream.writelines(f"3 {a} {b} {c}\n" for a, b, c in faces.tolist())
-
-
-def limits_of(name: str) -> tuple[float, float] | None:
-    """Return the values at the ends of the colours of a field or column; None if these are its lowest and highest."""
-    return ROUGHNESS_LIMITS if name in ("roughness", "mean_roughness") else None
-
-
-def viridis(values: ArrayLike, limits: tuple[float, float] | None = None) -> np.ndarray:
-    """Colour values (N,) with viridis, (N, 3) uint8; NaN and infinity are grey.
-
-    The ends of the colours are `limits`, by default the smallest and the largest value.
-    """
-    values = np.asarray(values, dtype=float)
-    has_value = np.isfinite(values)
-    low, high = (values[has_value].min(), values[has_value].max()) if has_value.any() else (0.0, 0.0)
-    low, high = limits or (low, high)
-    scaled = (values.clip(low, high) - low) / (high - low) if high > low else np.full(len(values), 0.5)
-    colours = VIRIDIS[np.minimum(np.where(has_value, scaled, 0) * len(VIRIDIS), len(VIRIDIS) - 1).astype(int)]
-    return np.where(has_value[:, None], colours, VERTEX_GREY)
 
 
 def read_ply(content: bytes) -> Surface:

@@ -10,7 +10,6 @@ import pandas as pd
 
 from sparsurf.evaluation.ranking import MIN_AREA, rank_residues, why_none_is_ranked
 from sparsurf.molecules.molecule import Molecule
-from sparsurf.surfaces.formats.ply import ROUGHNESS_LIMITS
 from sparsurf.views.overview.page import N_OPEN, named_field, render_template, words_of_contacts
 from sparsurf.views.overview.profile import ROUGHNESS_COLUMN, labels_of, panels
 from sparsurf.views.page.scene import PageScene, ResidueValues
@@ -117,5 +116,4 @@ def changing_numbers(
     yield ResidueValues(name, ranked.unit, change, ranked.digits + 1, "steady", "changing", colours=True)
     for of_frames in dict.fromkeys(("area", ROUGHNESS_COLUMN, column)):
         name, unit, digits, ends = quantity_of(of_frames)
-        limits = ROUGHNESS_LIMITS if of_frames == ROUGHNESS_COLUMN else None
-        yield ResidueValues(name, unit, numbers[of_frames], digits, *ends, limits, colours=True)
+        yield ResidueValues(name, unit, numbers[of_frames], digits, *ends, of_frames, colours=True)

@@ -14,7 +14,6 @@ import pandas as pd
 from sparsurf.dot_fields.registry import label_and_unit
 from sparsurf.evaluation.ranking import MIN_AREA
 from sparsurf.surfaces.components import COMPONENT_FIELD
-from sparsurf.surfaces.formats.ply import ROUGHNESS_LIMITS
 from sparsurf.version import __version__
 from sparsurf.views.numbers import number
 from sparsurf.views.overview.profile import PROFILE_CSS, labels_of, panels, roughest
@@ -158,7 +157,7 @@ def in_list(residues: pd.DataFrame) -> tuple[list[int], int]:
 def numbers_of_residues(residues: pd.DataFrame) -> Iterator[ResidueValues]:
     """Yield the numbers of residues that the page shows, first that of the list, from the table of `evaluation.residues`."""
     rough = residues["mean_roughness"].to_numpy(float)[None]
-    yield ResidueValues("mean roughness", "", rough, 2, "rough", "flat", ROUGHNESS_LIMITS)
+    yield ResidueValues("mean roughness", "", rough, 2, "rough", "flat", "mean_roughness")
     area = residues["area"].to_numpy(float)[None]
     yield ResidueValues("area", "Å²", np.where(area > 0, area, np.nan), 0)
     for column in columns_of_means(residues):

@@ -7,9 +7,10 @@ const subscripts = (text) => text.split(/_(\w+)/).map((part, k) => (k % 2 ? Obje
 const inLetters = (text) => text.replaceAll("_i", "ᵢ");
 let coloured = "";
 
-function between(stops, share) {
-  const place = Math.min(1, Math.max(0, share)) * (stops.length - 1), k = Math.min(stops.length - 2, Math.floor(place));
-  return stops[k].map((value, c) => value + (place - k) * (stops[k + 1][c] - value));
+// The colour of a value between those of stops, [value, colour] in ascending order; bands have two stops at one value.
+function between(stops, value) {
+  const k = stops.findLastIndex(([low]) => low <= value), [low, from] = stops[Math.max(0, k)], [high, to] = stops[Math.min(stops.length - 1, k + 1)];
+  return from.map((channel, c) => channel + (high > low ? (value - low) / (high - low) : 0) * (to[c] - channel));
 }
 
 // A number of a residue in a frame; null where it has none.
@@ -31,13 +32,13 @@ function scheme(prefix, residues, kinds) {
   if (what === "plain") return { colour: () => PLAIN, words: "", boxes: [] };
   const scale = what === "number" ? head.numbers[k] : head.values[k], steps = data[`${prefix} ${k}`];
   const valueAt = what === "number" ? (i) => numberOf(k, residues[i]) : (i) => (steps[i] === UNKNOWN ? null : scale.low + ((scale.high - scale.low) * steps[i]) / 254);
-  const stops = scale.colours?.length ? scale.colours : head.stops, share = (value) => (value - scale.dark) / (scale.bright - scale.dark || 1);
-  const digits = scale.bright - scale.dark >= 100 ? 0 : 2, unit = scale.unit ? ` ${scale.unit.trim()}` : "", end = (side, which) => `${number(scale[side], digits)}${unit} ${scale[`${which} is`]}`.trim();
-  const ends = [end("dark", "low"), end("bright", "high")];
+  const { stops } = scale, [low, high] = [stops[0][0], stops.at(-1)[0]];
+  const digits = high - low >= 100 ? 0 : 2, unit = scale.unit ? ` ${scale.unit.trim()}` : "", end = (value, which) => `${number(value, digits)}${unit} ${scale[`${which} is`]}`.trim();
+  const ends = [end(low, "low"), end(high, "high")];
   const all = what === "number" ? Array.from({ length: scale.count }, (_, r) => numberOf(k, r)) : Array.from(steps, (step) => (step === UNKNOWN ? null : step));
   return {
-    colour: (i) => ((value) => (value === null ? GREY : between(stops, share(value))))(valueAt(i)),
-    words: inLetters(scale.name), bar: all.some((value) => value !== null) && stops, ends, boxes: all.includes(null) ? [[scale["unknown is"], GREY]] : [],
+    colour: (i) => ((value) => (value === null ? GREY : between(stops, value)))(valueAt(i)),
+    words: inLetters(scale.name), bar: !scale.boxes.length && all.some((value) => value !== null) && stops, ends, boxes: [...scale.boxes, ...(all.includes(null) ? [[scale["unknown is"], GREY]] : [])],
   };
 }
 
@@ -48,7 +49,7 @@ function byResidue(residues, words, colourOf, boxes) {
 // B factors, or the confidence of a prediction in the bands of the AlphaFold database; of each residue.
 function byB(residues) {
   head.meanB ??= head.labels.map((_, r) => (atomsOf[r] ?? []).reduce((sum, atom) => sum + data.b[atom] / 100, 0) / (atomsOf[r]?.length || NaN));
-  if (head.plddt.length) return byResidue(residues, "pLDDT", (r) => head.plddt.find(([, , below]) => head.meanB[r] < below)[1], head.plddt);
+  if (head.plddt.length) return byResidue(residues, "pLDDT", (r) => head.plddt[[50, 70, 90].filter((bound) => head.meanB[r] >= bound).length][1], head.plddt);
   const sorted = head.meanB.filter((value, r) => value > 0 && data.kinds[r] < 2).sort((a, b) => a - b), [low, high] = [0.02, 0.98].map((share) => sorted[Math.floor(share * sorted.length)] ?? 0);
   return { ...byResidue(residues, "B factor (Å²), mean of each residue", (r) => between(head.stops, (head.meanB[r] - low) / (high - low || 1)), []), bar: head.stops, ends: [number(low, 0), number(high, 0)] };
 }
@@ -74,7 +75,8 @@ function key({ words, bar, ends, boxes }) {
   };
   if (bar) {
     const strip = tag("div", { className: "bar" });
-    strip.style.background = `linear-gradient(to right, ${bar.map((c) => `rgb(${c})`)})`;
+    const [low, high] = [bar[0][0], bar.at(-1)[0]];
+    strip.style.background = `linear-gradient(to right, ${bar.map(([value, c]) => `rgb(${c}) ${(100 * (value - low)) / (high - low || 1)}%`)})`;
     nodes.push(strip, tag("div", { className: "ends" }, ...ends.map((text) => tag("span", { textContent: text }))));
   }
   for (const [name, c] of [...boxes, ...(view.chosen < 0 ? [] : [[head.labels[view.chosen], CHOSEN]])]) {

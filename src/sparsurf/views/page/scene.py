@@ -11,7 +11,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sparsurf.patches.index import nearest_of
-from sparsurf.surfaces.formats.ply import KIND_COLOURS, ROUGHNESS_LIMITS, VERTEX_GREY, limits_of, viridis
+from sparsurf.surfaces.formats.colours import (
+    KIND_COLOURS,
+    PLDDT_BANDS,
+    ROUGHNESS_LIMITS,
+    ends_of,
+    scale_of,
+)
 from sparsurf.views.page.packing import OCTAHEDRON, in_steps, pack
 from sparsurf.views.page.shapes import SHAPE_STEP, DrawnAtoms, Shape, shape_columns
 from sparsurf.views.render import along_smallest_axis
@@ -30,12 +36,6 @@ SCRIPTS_OF_PAGE = ("unpack.js", "sampling.js", "molecule.js", "colours.js", "law
 UNKNOWN_NUMBER = -1  # in place of a number that a residue does not have
 KIND_LABELS = ["contact", "saddle", "concave", "unknown kind"]
 N_COLOUR_STOPS = 16  # of viridis, whose brightness is even, so that it reads in grey too
-# Fields around 0, whose colours meet there: their highest value of either sign, and the colours of both ends
-AROUND_ZERO = {
-    "potential": (5.0, (178, 24, 43), (33, 102, 172)),
-    "hydropathy": (4.5, (1, 133, 113), (166, 97, 26)),
-}
-WHITE_AT_ZERO = (247, 247, 247)
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class DotValues:
     low_is: str = ""  # meaning of the ends
     high_is: str = ""
     unknown_is: str = "unknown"  # meaning of NaN, which is grey
-    # At the ends of the colours; by default those of all pages, or the lowest and the highest
+    # At the ends of the colours; by default those of `scale_of` the symbol
     limits: tuple[float, float] | None = None
 
 
@@ -63,7 +63,7 @@ class ResidueValues:
     values : (F, R) or (1, R) float, NaN where a residue has none
     digits : decimals with which it is written
     low_is, high_is : meaning of the ends where the surface is coloured by it
-    limits : values at the ends of the colours; by default the lowest and the highest
+    column : of a table, which determines the colours
     colours : whether the surface can be coloured by it
     """
 
@@ -73,7 +73,7 @@ class ResidueValues:
     digits: int = 2
     low_is: str = "low"
     high_is: str = "high"
-    limits: tuple[float, float] | None = None
+    column: str = ""
     colours: bool = False
 
 
@@ -143,8 +143,8 @@ class PageScene:
         turn = along_smallest_axis(placed) if self.turn is None else self.turn
         header: dict[str, Any] = entries | {
             "step": SHAPE_STEP, "octahedron": OCTAHEDRON, "turn": np.round(turn, 6).ravel().tolist(),
-            "stops": viridis(np.linspace(0, 1, N_COLOUR_STOPS)).tolist(), "frames": list(self.frames),
-            "areas": [round(area, 1) for area in self.areas], "values": [scale_of(values) for values in self.values],
+            "stops": scale_of("", (0, 1)).stops(N_COLOUR_STOPS), "frames": list(self.frames),
+            "areas": [round(area, 1) for area in self.areas], "values": [self._described(values) for values in self.values],
             "kinds": named_kinds() if self.surface is not None and (self.surface.kind >= 0).any() else [],
             "numbers": [_described(numbers) for numbers in self.numbers], "colour": self.colour, "orders": self.orders,
             "order": [int(residue) for residue in self.order], "ranked": self.n_ranked,
@@ -166,10 +166,24 @@ class PageScene:
 
     def _values(self, header: dict[str, Any], dots: np.ndarray, prefix: str) -> dict[str, np.ndarray]:
         """Return the columns of the values of some dots."""
+        columns = {}
+        for k, (of_dots, scale) in enumerate(zip(self.values, header["values"], strict=True)):
+            values = of_dots.values[dots]
+            if scale["boxes"]:  # the middle between whole numbers, which no rounding moves into another band
+                unit = scale["stops"][-1][0] / 100
+                values = (np.floor(values / unit) + 0.5) * unit
+            columns[f"{prefix} {k}"] = in_steps(values, scale["low"], scale["high"])
+        return columns
+
+    def _described(self, values: DotValues) -> dict[str, Any]:
+        """Return the names, the ends and the colours of some values."""
+        low, high = ends_of(values.values)
+        scale = scale_of(values.symbol, values.values, values.limits, self.is_prediction)
         return {
-            f"{prefix} {k}": in_steps(of_dots.values[dots], scale["low"], scale["high"])
-            for k, (of_dots, scale) in enumerate(zip(self.values, header["values"], strict=True))
-        }
+            "name": "pLDDT" if scale.bands else values.name, "symbol": values.symbol, "unit": values.unit,
+            "low": low, "high": high, "low is": values.low_is, "high is": values.high_is, "unknown is": values.unknown_is,
+            "stops": scale.stops(N_COLOUR_STOPS), "boxes": scale.bands,
+        }  # fmt: skip
 
     def _contacts(self) -> dict[str, Any]:
         """Return the names of the partners, and the rows of contacts: residue, partner, buried area, and share of the frames."""
@@ -195,44 +209,18 @@ class PageScene:
         return np.append(of_atom, -1)[np.where(atom < len(of_atom), atom, -1)]
 
 
-PLDDT_BANDS = [
-    ["very low (below 50)", [255, 125, 69], 50], ["low (50 to 70)", [255, 219, 19], 70],
-    ["confident (70 to 90)", [101, 203, 243], 90], ["very high (above 90)", [0, 83, 214], 1e9],
-]  # fmt: skip
-
-
 def named_kinds() -> list[tuple[str, list[int]]]:
     """Return the name and the colour of each kind of dots, and of dots whose kind is not known."""
-    colours = [*KIND_COLOURS[:3], VERTEX_GREY]
-    return [(name, rgb.tolist()) for name, rgb in zip(KIND_LABELS, colours, strict=True)]
-
-
-def _ends(values: np.ndarray) -> tuple[float, float]:
-    """Return the lowest and the highest value; 0 and 1 where there is none."""
-    finite = values[np.isfinite(values)]
-    return (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 1.0)
-
-
-def scale_of(values: DotValues) -> dict[str, Any]:
-    """Return the names and ends of some values, and their colours where these are not those of all pages."""
-    low, high = _ends(values.values)
-    scale = {"name": values.name, "symbol": values.symbol, "unit": values.unit, "low": low, "high": high}
-    around, *ends = AROUND_ZERO.get(values.symbol, (0.0,))
-    scale["dark"], scale["bright"] = (
-        values.limits or limits_of(values.symbol) or ((-around, around) if ends else (low, high))
-    )
-    scale["colours"] = [ends[0], WHITE_AT_ZERO, ends[1]] if ends else []
-    meanings = {"low is": values.low_is, "high is": values.high_is, "unknown is": values.unknown_is}
-    return scale | meanings
+    return [(name, rgb.tolist()) for name, rgb in zip(KIND_LABELS, KIND_COLOURS, strict=True)]
 
 
 def _described(values: ResidueValues) -> dict[str, Any]:
     """Return the name, the ends and the precision of some numbers."""
-    low, high = _ends(values.values)
-    dark, bright = values.limits or (low, high)
     return {
-        "name": values.name, "unit": values.unit, "digits": values.digits, "low": low, "step": _step(values),
-        "low is": values.low_is, "high is": values.high_is, "unknown is": "no value", "dark": dark, "bright": bright,
+        "name": values.name, "unit": values.unit, "digits": values.digits,
+        "low": ends_of(values.values)[0], "step": _step(values), "low is": values.low_is, "high is": values.high_is,
+        "unknown is": "no value",
+        "stops": scale_of(values.column, values.values).stops(N_COLOUR_STOPS), "boxes": [],
         "frames": len(values.values), "count": values.values.shape[1], "colours": values.colours,
     }  # fmt: skip
 
@@ -244,7 +232,7 @@ def _step(values: ResidueValues) -> float:
 
 def _whole(values: ResidueValues) -> np.ndarray:
     """Encode numbers as steps above the lowest one, one frame after another."""
-    low = _ends(values.values)[0]
+    low = ends_of(values.values)[0]
     finite = np.isfinite(values.values)
     steps = np.rint((np.where(finite, values.values, low) - low) / _step(values)).astype(int)
     return np.where(finite, steps, UNKNOWN_NUMBER).ravel()

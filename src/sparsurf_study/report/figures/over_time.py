@@ -15,7 +15,7 @@ from matplotlib.ticker import MaxNLocator
 
 from sparsurf import kinds
 from sparsurf.recovery.readings import readings_of_columns
-from sparsurf.surfaces.formats.ply import ROUGHNESS_LIMITS
+from sparsurf.surfaces.formats.colours import ROUGHNESS_LIMITS
 from sparsurf.views import layout
 from sparsurf.views.layout import DARK, PAGE_WIDTH, PALE, styled
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sparsurf.surfaces.formats.ply import ROUGHNESS_LIMITS
+from sparsurf.surfaces.formats.colours import ROUGHNESS_LIMITS
 from sparsurf.views import layout, render
 from sparsurf.views.layout import styled
 

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from sparsurf.surfaces.formats.ply import ROUGHNESS_LIMITS
+from sparsurf.surfaces.formats.colours import ROUGHNESS_LIMITS
 
 
 def script_text(name: str, limits: Sequence[float] = ROUGHNESS_LIMITS) -> str:
