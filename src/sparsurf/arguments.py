@@ -7,9 +7,10 @@ reported at once.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+import os
+from collections.abc import Mapping, Sequence
 from numbers import Real
-from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple, get_args
+from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple, TypeAlias, get_args
 
 from sparsurf.errors import InputError, argument
 
@@ -81,6 +82,9 @@ Reentrant = Literal["exact", "dms"]
 Boundary = Literal["excluded", "accessible"]
 Model = Literal["auto", "interpolant", "spheres"]  # by which a surface is reconstructed
 RadiiTable = Literal["dms", "bondi"]
+ColourLimits: TypeAlias = "tuple[float, float] | None"  # values at the ends of colours, or those of the field
+# A table, radii (Å) by element, or the path of a CSV
+RadiiLike: TypeAlias = "RadiiTable | str | os.PathLike[str] | Mapping[str, float]"
 Ranking = Literal["sd", "range"]  # over frames: standard deviation, or the highest minus the lowest value
 CAVITIES, REENTRANT, BOUNDARIES, MODELS, RADII_TABLES, RANKINGS = map(
     get_args, (Cavities, Reentrant, Boundary, Model, RadiiTable, Ranking)

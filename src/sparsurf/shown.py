@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import ArrayLike
 
-    from sparsurf.surfaces.formats.colours import ColourLimits
+    from sparsurf.arguments import ColourLimits
 
 
 # Set by `sparsurf`, which names them, since figures and pages are made of results

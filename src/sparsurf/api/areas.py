@@ -17,14 +17,14 @@ from sparsurf.api.inputs import (
     is_pair,
     refuse_dots,
 )
-from sparsurf.arguments import PROBE, RadiiTable, check_choice
+from sparsurf.arguments import PROBE, RadiiLike
 from sparsurf.errors import InputError, argument
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.residues import standard_name
 from sparsurf.molecules.selection import POLYMERS, Groups, Partners, groups_of_atoms, partners_of_atoms
 from sparsurf.suggestions import public
 from sparsurf.surfaces.areas import areas_of_spheres, contacts_of_spheres
-from sparsurf.surfaces.radii import PROBE_RADIUS, RADII
+from sparsurf.surfaces.radii import PROBE_RADIUS, check_radii
 from sparsurf.surfaces.radii import radii as radii_of
 
 if TYPE_CHECKING:
@@ -187,7 +187,7 @@ def areas(
     *,
     frame: int = 0,
     probe_radius: float = PROBE_RADIUS,
-    radii: RadiiTable = "dms",
+    radii: RadiiLike = "dms",
     groups: Groups | None = None,
 ) -> Areas:
     """Compute the solvent-accessible and solvent-excluded area of atoms, residues and chains, and what these bury, exactly.
@@ -203,8 +203,8 @@ def areas(
         Position of the frame, from 0 (default 0).
     probe_radius : float
         Radius of the probe, Å (default 1.4).
-    radii : {'dms', 'bondi'}
-        Table of atomic radii (default 'dms', with which `excluded` is the area of the dots of `surface`).
+    radii : {'dms', 'bondi'}, dict, or path
+        Atomic radii, as for `surface` (default 'dms', with which `excluded` is the area of the dots of `surface`).
     groups : str or sequence, optional
         Partners that bury each other, as 'H,L+G' or ["H,L", "G"]. A group lists chains, ranges of residues such as 'A:10-52' and
         names of ligands; an atom belongs to the group that names it most closely: by its ligand, else by its range, else by its
@@ -247,7 +247,7 @@ def areas(
     array([113.097])
     """
     probe_radius = PROBE.check(probe_radius, "probe_radius")
-    check_choice(radii, [*RADII], "radii")
+    radii = check_radii(radii)
     refuse_dots("areas", molecule)
     if groups is not None:
         if is_pair(molecule) or is_file_of_spheres(molecule):
@@ -262,7 +262,8 @@ def areas(
     refuse_overlapping_partners(atoms, partners, xyz)
     computed = areas_of_spheres(xyz, atom_radii, probe_radius, partners.number)
     return Areas(
-        computed.accessible, computed.excluded, computed.buried, probe_radius, radii, atoms, frame, partners, groups is not None
+        computed.accessible, computed.excluded, computed.buried, probe_radius, str(radii), atoms, frame, partners,
+        groups is not None,
     )  # fmt: skip
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from sparsurf.api.inputs import MoleculeLike, as_spheres
 from sparsurf.api.surfaces import placement
-from sparsurf.arguments import PROBE, Cavities, RadiiTable
+from sparsurf.arguments import PROBE, Cavities, RadiiLike
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.suggestions import public
 from sparsurf.surfaces.radii import PROBE_RADIUS
@@ -24,7 +24,7 @@ def depth(
     *,
     frame: int = 0,
     probe_radius: float = PROBE_RADIUS,
-    radii: RadiiTable = "dms",
+    radii: RadiiLike = "dms",
     cavities: Cavities = "remove",
 ) -> pd.DataFrame:
     """Measure how far below the solvent-excluded surface each atom and each residue lies.
@@ -40,8 +40,8 @@ def depth(
         Position of the frame, from 0 (default 0).
     probe_radius : float
         Radius of the probe, Å (default 1.4; Biopython calls MSMS with 1.5).
-    radii : {'dms', 'bondi'}
-        Table of atomic radii (default 'dms').
+    radii : {'dms', 'bondi'}, dict, or path
+        Atomic radii, as for `surface` (default 'dms').
     cavities : {'keep', 'remove'}
         Whether the walls of closed cavities belong to the surface (default 'remove').
 

@@ -45,7 +45,7 @@ from sparsurf.arguments import (
     RANKINGS,
     STRIDE,
     Cavities,
-    RadiiTable,
+    RadiiLike,
     Ranking,
     check_choice,
 )
@@ -148,7 +148,7 @@ def frames(
     stride: int = ...,
     fields: FieldLike | Sequence[FieldLike] = ...,
     probe_radius: float = ...,
-    radii: RadiiTable = ...,
+    radii: RadiiLike = ...,
     cavities: Cavities = ...,
     rank: FieldLike = ...,
     rank_by: Ranking = ...,
@@ -166,7 +166,7 @@ def frames(
     stride: int = ...,
     fields: FieldLike | Sequence[FieldLike] = ...,
     probe_radius: float = ...,
-    radii: RadiiTable = ...,
+    radii: RadiiLike = ...,
     cavities: Cavities = ...,
     rank: FieldLike = ...,
     rank_by: Ranking = ...,
@@ -184,7 +184,7 @@ def frames(
     stride: int = 1,
     fields: FieldLike | Sequence[FieldLike] = (),
     probe_radius: float = PROBE_RADIUS,
-    radii: RadiiTable = "dms",
+    radii: RadiiLike = "dms",
     cavities: Cavities = "keep",
     rank: FieldLike = RANK,
     rank_by: Ranking = RANK_BY,
@@ -212,8 +212,8 @@ def frames(
         Fields whose mean is taken over the dots of each residue (default none); any name that `fields` accepts.
     probe_radius : float
         Radius of the probe, Å (default 1.4).
-    radii : {'dms', 'bondi'}
-        Table of atomic radii (default 'dms').
+    radii : {'dms', 'bondi'}, dict, or path
+        Atomic radii, as for `surface` (default 'dms').
     cavities : {'keep', 'remove'}
         Whether the walls of closed cavities inside the molecule count (default 'keep').
     rank : str or callable

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias, TypeGuard
 
 import numpy as np
 
-from sparsurf.arguments import FRAME, index_array
+from sparsurf.arguments import FRAME, RadiiLike, index_array
 from sparsurf.errors import InputError, argument, naming_file
 from sparsurf.files import shorten
 from sparsurf.molecules.formats import FILE_OF_DOTS, suffix
@@ -186,7 +186,7 @@ def check_frame(molecule: Molecule, frame: Any, name: str) -> None:
         raise InputError(f"{name} has {frames}: there is no frame {frame}.")
 
 
-def as_spheres(source: Any, frame: int, table: str) -> tuple[Any, int, np.ndarray]:
+def as_spheres(source: Any, frame: int, table: RadiiLike) -> tuple[Any, int, np.ndarray]:
     """Return a molecule, a frame of it, and the radii of its atoms, from all that `surface` takes."""
     if is_file_of_spheres(source):
         spheres = read_spheres(source)
@@ -202,7 +202,7 @@ def as_spheres(source: Any, frame: int, table: str) -> tuple[Any, int, np.ndarra
 
 
 def first_group(
-    source: Any, frame: int, groups: Groups, table: str
+    source: Any, frame: int, groups: Groups, table: RadiiLike
 ) -> tuple[Molecule, tuple[np.ndarray, np.ndarray]]:
     """Return the molecule of the first group, and the centres and radii of the atoms of the others in a frame."""
     if is_pair(source) or is_file_of_spheres(source):

@@ -23,6 +23,7 @@ from sparsurf.api.surroundings import (
     with_surroundings,
 )
 from sparsurf.api.whole import WholeSurface, whole_surface, with_patches
+from sparsurf.arguments import ColourLimits
 from sparsurf.dot_fields.registry import compute_fields, label_and_unit
 from sparsurf.errors import InputError
 from sparsurf.evaluation.prepared_surface import PreparedSurface
@@ -41,7 +42,6 @@ from sparsurf.surfaces.components import (
     on_cavities,
     stored_components,
 )
-from sparsurf.surfaces.formats.colours import ColourLimits
 from sparsurf.threads import available_cores
 
 if TYPE_CHECKING:

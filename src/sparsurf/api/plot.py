@@ -14,10 +14,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sparsurf.api.writing import write_page
+from sparsurf.arguments import ColourLimits
 from sparsurf.dot_fields.registry import label_with_unit
 from sparsurf.errors import InputError, argument
 from sparsurf.molecules.molecule import Molecule
-from sparsurf.surfaces.formats.colours import KIND_COLOURS, ColourLimits, check_limits, scale_of
+from sparsurf.surfaces.formats.colours import KIND_COLOURS, check_limits, scale_of
 from sparsurf.surfaces.surface import Surface, real_numbers
 
 if TYPE_CHECKING:

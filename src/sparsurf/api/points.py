@@ -18,7 +18,7 @@ from sparsurf.api.field_values import check_fields, refuse_maps, with_fields
 from sparsurf.api.inputs import MoleculeLike, as_spheres, first_group
 from sparsurf.api.parts import digest_of_arguments, forget_other_parts, part_file, write_part
 from sparsurf.api.surfaces import placement
-from sparsurf.arguments import DENSITY_LIMITS, NUMBER_OF_DOTS, PROBE, SEED, Cavities, Limits, RadiiTable
+from sparsurf.arguments import DENSITY_LIMITS, NUMBER_OF_DOTS, PROBE, SEED, Cavities, Limits, RadiiLike
 from sparsurf.errors import InputError
 from sparsurf.files import as_path, checksum_of_file, import_pyarrow, pluralise, shorten
 from sparsurf.messages import kind_of_warning, listening
@@ -75,7 +75,7 @@ def points(
     seed: int = DEFAULT_SEED,
     frame: int = 0,
     probe_radius: float = PROBE_RADIUS,
-    radii: RadiiTable = "dms",
+    radii: RadiiLike = "dms",
     cavities: Cavities = "remove",
     groups: Groups | None = None,
 ) -> Points:
@@ -101,8 +101,8 @@ def points(
         Position of the frame of the molecule, from 0 (default 0).
     probe_radius : float
         Radius of the probe, Å (default 1.4).
-    radii : {'dms', 'bondi'}
-        Table of atomic radii (default 'dms').
+    radii : {'dms', 'bondi'}, dict, or path
+        Atomic radii, as for `surface` (default 'dms').
     cavities : {'remove', 'keep'}
         Whether closed cavities inside the molecule are left without points (default 'remove').
     groups : str or sequence, optional
@@ -147,7 +147,7 @@ def _checked(
     fields: FieldLike | Sequence[FieldLike],
     seed: int,
     probe_radius: float,
-    radii: RadiiTable,
+    radii: RadiiLike,
     cavities: Cavities,
 ) -> PointsRequest:
     """Check the arguments of `points` and `points_of`."""
@@ -330,7 +330,7 @@ def points_of(
     fields: FieldLike | Sequence[FieldLike] = (),
     seed: int = DEFAULT_SEED,
     probe_radius: float = PROBE_RADIUS,
-    radii: RadiiTable = "dms",
+    radii: RadiiLike = "dms",
     cavities: Cavities = "remove",
     jobs: int = 1,
 ) -> PointsOfFolder:
@@ -350,8 +350,8 @@ def points_of(
         Seed for the choice of each first point (default 20261120).
     probe_radius : float
         Radius of the probe, Å (default 1.4).
-    radii : {'dms', 'bondi'}
-        Table of atomic radii (default 'dms').
+    radii : {'dms', 'bondi'}, dict, or path
+        Atomic radii, as for `surface` (default 'dms').
     cavities : {'remove', 'keep'}
         Whether closed cavities are left without points (default 'remove').
     jobs : int

@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sparsurf.api.inputs import MoleculeLike, as_spheres, refuse_dots
-from sparsurf.arguments import CAVITIES, D_LINK, PROBE, Cavities, RadiiTable, check_choice, check_flag
+from sparsurf.arguments import CAVITIES, D_LINK, PROBE, Cavities, RadiiLike, check_choice, check_flag
 from sparsurf.errors import InputError, argument
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.suggestions import public
 from sparsurf.surfaces.molecular_surface import surface_of_surface_atoms
-from sparsurf.surfaces.radii import PROBE_RADIUS, RADII
+from sparsurf.surfaces.radii import PROBE_RADIUS, check_radii
 from sparsurf.surfaces.spheres import Spheres, write_pqr, write_spheres
 from sparsurf.surfaces.surface import Placement, Surface
 from sparsurf.surfaces.surface_atoms import SurfaceAtoms, atoms_of_surface
@@ -30,7 +30,7 @@ def surface_atoms(
     *,
     frame: int = 0,
     probe_radius: float = PROBE_RADIUS,
-    radii: RadiiTable = "dms",
+    radii: RadiiLike = "dms",
     cavities: Cavities = "keep",
     plugs: bool = True,
 ) -> SurfaceAtoms:
@@ -49,8 +49,8 @@ def surface_atoms(
         Position of the frame, from 0 (default 0).
     probe_radius : float
         Radius of the probe, Å (default 1.4).
-    radii : {'dms', 'bondi'}
-        Table of atomic radii (default 'dms'). With other radii than these, the atoms determine another surface.
+    radii : {'dms', 'bondi'}, dict, or path
+        Atomic radii, as for `surface` (default 'dms'). With other radii than these, the atoms determine another surface.
     cavities : {'keep', 'remove'}
         Whether the walls of closed cavities belong to the surface (default 'keep'). Without them, fewer atoms are needed, and the
         surface of these atoms must be computed with `cavities="remove"` as well.
@@ -84,7 +84,7 @@ def surface_atoms(
     4560
     """
     probe_radius = PROBE.check(probe_radius, "probe_radius")
-    check_choice(radii, [*RADII], "radii")
+    radii = check_radii(radii)
     check_choice(cavities, CAVITIES, "cavities")
     check_flag(plugs, "plugs")
     refuse_dots("surface_atoms", molecule)

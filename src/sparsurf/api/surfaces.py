@@ -40,7 +40,7 @@ from sparsurf.arguments import (
     Boundary,
     Cavities,
     Model,
-    RadiiTable,
+    RadiiLike,
     Reentrant,
     check_choice,
 )
@@ -52,7 +52,7 @@ from sparsurf.suggestions import public
 from sparsurf.surfaces.chosen_points import Points
 from sparsurf.surfaces.components import components_of, fields_without_component, table_of_components
 from sparsurf.surfaces.molecular_surface import accessible_surface, surface_of_molecule, surface_of_spheres
-from sparsurf.surfaces.radii import PROBE_RADIUS, RADII
+from sparsurf.surfaces.radii import PROBE_RADIUS, check_radii
 from sparsurf.surfaces.spacing import DENSITY as PUBLISHED_DENSITY
 from sparsurf.surfaces.spacing import refuse_sparse
 from sparsurf.surfaces.surface import Placement, Surface, SurfaceOrigin
@@ -75,7 +75,7 @@ def surface(
     frame: int = 0,
     probe_radius: float = PROBE_RADIUS,
     density: float | Auto = "auto",
-    radii: RadiiTable = "dms",
+    radii: RadiiLike = "dms",
     d_link: float = D_LINK,
     cavities: Cavities = "keep",
     reentrant: Reentrant = "exact",
@@ -96,8 +96,9 @@ def surface(
         Radius of the probe, Å (default 1.4).
     density : float or 'auto'
         Dots per Å^2 (default 'auto': 5.35, or more where `d_link` needs it).
-    radii : {'dms', 'bondi'}
-        Table of atomic radii (default 'dms').
+    radii : {'dms', 'bondi'}, dict, or path
+        Table of atomic radii (default 'dms'), or radii of your own in Å: by element, or a CSV with the column `radius` and
+        `residue_name`, `atom` or `element`, of which the row that names an atom most closely counts.
     d_link : float
         Distance below which two dots of a patch will count as linked, Å (default 0.5).
     cavities : {'keep', 'remove'}
@@ -464,12 +465,11 @@ def as_index(source: SurfaceLike, d_link: float, radius: float, name: str) -> Pa
 def placement(
     probe_radius: float,
     density: float | Auto,
-    radii: RadiiTable,
+    radii: RadiiLike,
     cavities: Cavities,
     reentrant: Reentrant = "exact",
 ) -> Placement:
     """Return how dots are placed for what the functions and commands were given; a density or 'auto'."""
     check_choice(cavities, CAVITIES, "cavities")
-    check_choice(radii, [*RADII], "radii")
     check_choice(reentrant, REENTRANT, "reentrant")
-    return Placement(probe_radius, density, radii, cavities, reentrant)
+    return Placement(probe_radius, density, check_radii(radii), cavities, reentrant)

@@ -19,7 +19,7 @@ from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.molecules.selection import POLYMERS, Partners, partners_of_atoms
 from sparsurf.surfaces.areas import areas_of_spheres, contacts_of_spheres
-from sparsurf.surfaces.radii import RADII, radii
+from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.vectors import pairs_within
 
 if TYPE_CHECKING:
@@ -108,7 +108,7 @@ def contacts_on_page(drawn: Molecule, frames: Iterable[np.ndarray], rules: Rules
     partners = Partners(number, [f"chain {name}".strip() if name in chains else name for name in names])
     if len(partners.names) == 1 or drawn.n_atoms > MAX_ATOMS:
         return None
-    sizes = radii(drawn, _table_of_radii(rules))
+    sizes = _radii_on_page(drawn, rules)
     found = []
     for xyz in frames:
         try:
@@ -128,15 +128,16 @@ def relative_areas(molecule: Molecule, frame: int, rules: Rules) -> np.ndarray:
     """Return the relative accessible area of each residue of a molecule, (R,); NaN where it is not known, or is too much work."""
     if molecule.n_atoms > MAX_ATOMS:
         return np.full(molecule.n_residues, np.nan)
-    xyz, table = molecule.xyz[frame].round(3), _table_of_radii(rules)
+    xyz, sizes = molecule.xyz[frame].round(3), _radii_on_page(molecule, rules)
     partner = np.zeros(molecule.n_atoms, int)
-    accessible = areas_of_spheres(
-        xyz, radii(molecule, table), rules.probe_radius, partner, with_excluded=False
-    ).accessible
+    accessible = areas_of_spheres(xyz, sizes, rules.probe_radius, partner, with_excluded=False).accessible
     names = molecule.residues["residue_name"].to_numpy(str)
     return np.bincount(molecule.residue_index, accessible) / maximal_areas(names)
 
 
-def _table_of_radii(rules: Rules) -> str:
-    """Return the table of radii of dots; that of DMS where they have radii of their own."""
-    return rules.radii if rules.radii in RADII else "dms"
+def _radii_on_page(molecule: Molecule, rules: Rules) -> np.ndarray:
+    """Return the radii that the dots have; those of DMS where the user has none of an atom that is drawn with them."""
+    try:
+        return radii(molecule, rules.radii)
+    except InputError:
+        return radii(molecule, "dms")

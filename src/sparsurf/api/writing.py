@@ -23,7 +23,7 @@ from sparsurf.api.about import About
 from sparsurf.api.inputs import MoleculeLike, as_molecule, check_frame, is_subset
 from sparsurf.api.replacing import beside_mesh, beside_script, path_of_faces, refuse_replacing
 from sparsurf.api.scenes import SCENES, chimerax_script, write_scene
-from sparsurf.arguments import FRAME, check_flag
+from sparsurf.arguments import FRAME, ColourLimits, check_flag
 from sparsurf.errors import InputError, argument, naming_file
 from sparsurf.files import as_path, closed_streams, ends_in, shorten
 from sparsurf.molecules.formats import title
@@ -31,7 +31,7 @@ from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.pdb import pdb_b_factor
 from sparsurf.suggestions import public
 from sparsurf.surfaces.chosen_points import NamedPoints, Points
-from sparsurf.surfaces.formats.colours import KIND_COLOURS, ColourLimits, Scale, check_limits, scale_of
+from sparsurf.surfaces.formats.colours import KIND_COLOURS, Scale, check_limits, scale_of
 from sparsurf.surfaces.formats.csv import write_csv
 from sparsurf.surfaces.formats.dms import write_dms
 from sparsurf.surfaces.formats.meshes import BY_TRIMESH, import_trimesh, write_by_trimesh, write_vtp

@@ -50,7 +50,6 @@ from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.molecules.selection import select_atoms
 from sparsurf.molecules.source import Source, open_source, what_is_no_structure
-from sparsurf.surfaces.radii import RADII
 from sparsurf.surfaces.read_surface import read_surface
 from sparsurf.surfaces.spheres import SPHERE_FORMATS
 from sparsurf.surfaces.surface import Surface
@@ -218,8 +217,8 @@ def add_placement(
     group.add_argument("--probe-radius", type=number_within(PROBE), help=help_text)
     group.add_argument(
         "--radii",
-        choices=[*RADII],
-        help="table of atomic radii, of the program DMS or of Bondi (default dms)",
+        metavar="TABLE",
+        help="atomic radii: dms (default), bondi, or a CSV with the columns radius (Å) and residue_name, atom or element",
     )
     if cavities is not None:
         help_text = (

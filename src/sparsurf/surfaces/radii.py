@@ -1,14 +1,20 @@
-"""Atomic radii by element."""
+"""Atomic radii: tables by element, and those of the user."""
 
 from __future__ import annotations
 
+import csv
 import logging
-from typing import TYPE_CHECKING
+import os
+from collections.abc import Mapping
+from itertools import product
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from sparsurf.arguments import LENGTH
 from sparsurf.arguments import PROBE_RADIUS as PROBE_RADIUS  # re-exported: most users import it from here
-from sparsurf.errors import InputError, argument
+from sparsurf.errors import InputError, argument, naming_file
+from sparsurf.files import read_text
 
 if TYPE_CHECKING:
     from sparsurf.molecules.molecule import Molecule
@@ -33,11 +39,74 @@ RADII = {
 RADIUS_OF_OTHER_ELEMENTS = {"dms": 1.90, "bondi": 2.00}
 
 
-def radii(molecule: Molecule, table: str = "dms") -> np.ndarray:
-    """Look up atomic radii by element, (A,) Å, in the table 'dms' or 'bondi'; hydrogens do not change those of other atoms."""
-    if table not in list(RADII):  # a list, since the value of a user may not be hashable
-        raise InputError(f"{argument('radii')} is {table!r}; it must be one of {', '.join(RADII)}.")
-    return radii_of_elements(molecule.element, table)
+# What a row of the user can name; of two rows that fit an atom, the one that names more is closer, then the first of these
+KEYS = "atom", "residue_name", "element"
+
+
+class OwnRadii(NamedTuple):
+    """Radii of the user: Å, by name of the atom, residue name and element, each empty where it does not matter."""
+
+    source: str
+    rows: tuple[tuple[tuple[str, ...], float], ...]
+
+    def __str__(self) -> str:
+        return self.source
+
+    def of(self, molecule: Molecule) -> np.ndarray:
+        """Return the radius of each atom, (A,) Å, by the closest row."""
+        rows = dict(self.rows)
+        masks = sorted(product((True, False), repeat=len(KEYS)), key=sum, reverse=True)
+        labels = [
+            *zip(
+                molecule.name.tolist(), molecule.residue_name.tolist(), molecule.element.tolist(), strict=True
+            )
+        ]
+        found = {}
+        for label in dict.fromkeys(labels):
+            keys = [tuple(word * used for word, used in zip(label, mask, strict=True)) for mask in masks]
+            found[label] = next((rows[key] for key in keys if key in rows), 0.0)
+            if not found[label]:
+                k = labels.index(label)
+                raise InputError(
+                    f"{self.source} has no radius for {label[0]} of {molecule.residue_label(k)}; add a row."
+                )
+        return np.array([found[label] for label in labels])
+
+
+def check_radii(radii: Any) -> Any:
+    """Return the name of a table, or the radii of a user: by element, or of a CSV; raise InputError for others."""
+    if isinstance(radii, OwnRadii) or (isinstance(radii, str) and radii in RADII):
+        return radii
+    if isinstance(radii, Mapping):
+        source, rows = "the dictionary of radii", [{"element": k, "radius": v} for k, v in radii.items()]
+    elif isinstance(radii, os.PathLike) or (isinstance(radii, str) and os.path.exists(radii)):
+        with naming_file(radii):
+            lines = read_text(radii).splitlines()
+        source, rows = os.fspath(radii), [*csv.DictReader(lines, skipinitialspace=True)]
+    else:
+        raise InputError(
+            f"{argument('radii')} is {radii!r}; it must be {', '.join(RADII)}, or the path of a CSV with the column radius."
+        )
+    found: dict[tuple[str, ...], float] = {}
+    for row in rows:
+        *names, element = (str(row.get(name) or "").strip() for name in KEYS)
+        key = (*names, element.upper())
+        try:
+            radius = float(row["radius"])
+        except (KeyError, TypeError, ValueError):
+            radius = 0.0
+        if key in found or not any(key) or not LENGTH.allow(radius):
+            raise InputError(
+                f"{source}: the row {row} is none of radii; it needs {' or '.join(KEYS)}, once, and radius, {LENGTH.words} (Å)."
+            )
+        found[key] = radius
+    return OwnRadii(source, tuple(found.items()))
+
+
+def radii(molecule: Molecule, table: Any = "dms") -> np.ndarray:
+    """Look up atomic radii, (A,) Å, by element or in a table of the user; hydrogens do not change those of other atoms."""
+    table = check_radii(table)
+    return table.of(molecule) if isinstance(table, OwnRadii) else radii_of_elements(molecule.element, table)
 
 
 def radii_of_elements(element: np.ndarray, table: str) -> np.ndarray:

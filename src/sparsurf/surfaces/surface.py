@@ -22,7 +22,6 @@ from sparsurf.arguments import (
     Auto,
     Cavities,
     Model,
-    RadiiTable,
     Reentrant,
     index_array,
 )
@@ -76,7 +75,7 @@ class Placement:
 
     probe_radius: float = PROBE_RADIUS  # Å
     density: float | Auto = "auto"  # dots per Å^2, or as many as d_link needs
-    radii: RadiiTable = "dms"  # table of atomic radii
+    radii: Any = "dms"  # table of atomic radii, or those of the user
     cavities: Cavities = "keep"  # or remove
     reentrant: Reentrant = "exact"  # or dms
 
@@ -156,7 +155,7 @@ class SurfaceOrigin:
     @property
     def table(self) -> str | None:
         """Name of the table of their radii; None for spheres with radii of the user."""
-        return None if self.molecule is None else self.rules.radii
+        return self.rules.radii if self.molecule is not None and isinstance(self.rules.radii, str) else None
 
     def reconstruction(self, model: Model) -> Reconstruction:
         """Return how the surface is reconstructed from some of the dots."""

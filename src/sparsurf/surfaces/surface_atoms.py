@@ -16,7 +16,7 @@ from __future__ import annotations
 import logging
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -191,7 +191,7 @@ def atoms_of_surface(
     is_exact = _plug(balls, whole, chosen, cavities, probe) if plugs else None
     by_atom = np.argsort(kept[balls.order][chosen])
     atom = kept[balls.order][chosen][by_atom]
-    table = None if molecule is None else rules.radii
+    table: Any = None if molecule is None else rules.radii
     made = SurfaceAtoms(
         spheres.xyz[atom], spheres.radii[atom], atom, touched[chosen][by_atom], probe, cavities, table, spheres,
         molecule, frame,

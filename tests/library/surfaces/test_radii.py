@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 
 import sparsurf
+from peptides import peptide
+from sparsurf.errors import InputError
 from sparsurf.patches.index import D_LINK, R_PATCH, R_ZERNIKE
 from sparsurf.surfaces.radii import PROBE_RADIUS, radii
 from sparsurf.surfaces.surface import Placement
@@ -59,3 +61,86 @@ def test_the_patches_of_a_study_have_the_radii_of_the_functions():
 
 def test_functions_place_dots_as_a_study_does():
     assert asdict(Placement()) == SurfaceSettings().model_dump()
+
+
+# ---- radii of the user
+
+
+def with_radii(folder, text):
+    (folder / "radii.csv").write_text(text)
+    return folder / "radii.csv"
+
+
+def test_a_table_of_the_user_is_looked_up_by_its_closest_row(tmp_path):
+    rows = [
+        "residue_name, atom, element, radius",
+        ",,C,1.7",
+        ",,n,1.55",
+        ",,O,1.5",
+        "PHE,,C,2.1",
+        ",CA,,1.9",
+        "PHE,CA,,2.2",
+        ",,S,1.8",
+    ]
+    molecule = SimpleNamespace(
+        name=np.array(["CA", "CB", "N", "CA", "CB", "O"]),
+        residue_name=np.array(["PHE"] * 3 + ["ALA"] * 3),
+        element=np.array(["C", "C", "N", "C", "C", "O"]),
+    )
+    assert radii(molecule, with_radii(tmp_path, "\n".join(rows))).tolist() == [2.2, 2.1, 1.55, 1.9, 1.7, 1.5]
+
+
+def test_bondi_as_a_table_or_mapping_is_bondi(tmp_path):
+    words = TABLES["bondi"].split()[:-2]
+    bondi = dict(zip(words[::2], map(float, words[1::2]), strict=True))
+    rows = "".join(f"{element},{radius}\n" for element, radius in bondi.items())
+    path = with_radii(tmp_path, f"element,radius\n{rows}")
+    text = peptide(["MET", "ALA"])
+    (tmp_path / "m.pdb").write_text(text + "END\n")
+    wanted = sparsurf.areas(tmp_path / "m.pdb", radii="bondi")
+    for given in (path, str(path), bondi):
+        found = sparsurf.areas(tmp_path / "m.pdb", radii=given)
+        assert np.array_equal(found.accessible, wanted.accessible)
+        assert found.residues["residue_name"].tolist() == ["MET", "ALA"]  # as in the file
+    dots = sparsurf.surface(tmp_path / "m.pdb", radii=bondi)
+    assert np.array_equal(dots.points, sparsurf.surface(tmp_path / "m.pdb", radii="bondi").points)
+    assert dots.origin.reconstruction("auto").radii is None  # no table that a file could name
+
+
+def test_one_atom_has_the_area_of_its_sphere(tmp_path):
+    line = "HETATM    1  C   UNK A   1       0.000   0.000   0.000  1.00  0.00           C  \nEND\n"
+    (tmp_path / "one.pdb").write_text(line)
+    molecule = sparsurf.read_molecule(tmp_path / "one.pdb", selection="all")
+    areas = sparsurf.areas(molecule, radii={"C": 2.0})
+    assert areas.accessible.sum() == pytest.approx(4 * np.pi * 3.4**2) == pytest.approx(145.27, abs=0.005)
+
+
+def test_larger_radii_of_a_structure(shared):
+    path = shared / "data" / "bad" / "eighth" / "plain.pdb"
+    words = TABLES["bondi"].split()[:-2]
+    larger = {element: 1.05 * float(radius) for element, radius in zip(words[::2], words[1::2], strict=True)}
+    assert sparsurf.areas(path, radii=larger).accessible.sum() == pytest.approx(5807.8, abs=0.05)
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ("element,radius\nC,1.7\n", r"radii\.csv has no radius for N of ALA 1 A; add a row\."),
+        (
+            "element,radius\nC,0\n",
+            "it needs atom or residue_name or element, once, and radius, a number, more than 0",
+        ),
+        ("element,radius\nC,1.7\nC,1.8\n", "'C', 'radius': '1.8'.* once"),
+        ("radius\n1.7\n", "needs atom or residue_name or element"),
+        ("element,r\nC,1.7\n", "and radius, a number"),
+        ({"C": 0}, "the dictionary of radii: the row .*'radius': 0"),
+        ("bond", "radii is 'bond'; it must be dms, bondi, or the path of a CSV with the column radius"),
+        (3, "radii is 3; it must be dms"),
+    ],
+)
+def test_radii_that_do_not_fit_are_a_sentence(tmp_path, given, words):
+    (tmp_path / "a.pdb").write_text(peptide() + "END\n")
+    given = with_radii(tmp_path, given) if isinstance(given, str) and "\n" in given else given
+    for function in (sparsurf.areas, sparsurf.surface, sparsurf.points, sparsurf.depth):
+        with pytest.raises(InputError, match=words):
+            function(tmp_path / "a.pdb", radii=given)

@@ -5,16 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from sparsurf.arguments import ColourLimits
 from sparsurf.errors import InputError, argument
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-ColourLimits: TypeAlias = "tuple[float, float] | None"  # values at the ends of colours, or those of the field
 # Contact, saddle, concave, unknown
 KIND_COLOURS = np.array([[86, 180, 233], [230, 159, 0], [0, 158, 115], [160, 160, 160]], np.uint8)
 VERTEX_GREY = KIND_COLOURS[3]  # where there is no value
