@@ -46,7 +46,7 @@ def with_surroundings(molecule: Molecule) -> Molecule:
     for assembly in (False, True):  # the chains of an assembly are not those of its file
         try:
             with no_warnings():
-                whole = read_molecule(*molecule.files[:2], selection="not water", assembly=assembly)
+                whole = read_molecule(*molecule.files[:2], selection="all", assembly=assembly)
         except (InputError, OSError, TypeError):
             return molecule
         place = {key: k for k, key in enumerate(_keys(whole))}
