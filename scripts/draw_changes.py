@@ -1,6 +1,5 @@
 """Draw two forms of a protein in the colours of their change, and the change along the residues."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -30,18 +29,17 @@ with job(snakemake) as s:
         molecule = numbered_alike(read_study_structure(structures[side - 1]), reference)
         drawn.append((form, dots, molecule, on_atoms(molecule, table, "over_floor")[dots.atom]))
     highest = highest_shown([change for *_, change in drawn])
-    for side, ((form, dots, _, change), (points, normals)) in enumerate(
-        zip(drawn, seen_alike(drawn), strict=True), 1
-    ):
+    for side, ((form, dots, _, change), seen) in enumerate(zip(drawn, seen_alike(drawn), strict=True), 1):
         shown = np.where(change < 1, np.nan, np.minimum(change, highest))
         text = page_of_values(
             f"{name}, {form}",
-            replace(dots, points=points, normals=normals),
+            dots,
             settings,
             s.streams(f"{name}/{side}"),
             [DotValues("change over its floor", "change", "", shown, *MEANING)],
             residue_labels(structures[side - 1]),
             origin_of_page(with_atoms(dots, structures[side - 1], settings), structures[side - 1]),
+            seen[-1],
         )
         Path(s.output[f"view_{side}"]).write_text(text, encoding="utf-8")
     layout.save(changes_figure(name, drawn, table), s.output.png)

@@ -425,6 +425,7 @@ def page_of_values(
     values: Sequence[DotValues],
     labels: Sequence[str] = (),
     origin: Sequence[tuple[str, str]] = (),
+    turn: np.ndarray | None = None,
 ) -> str:
     """Return the page of the dots of a surface, which opens with all of them in the colours of the first values."""
     from sparsurf.views.page.dots import MAX_DOTS, ShownDots
@@ -432,7 +433,9 @@ def page_of_values(
     prepared = PreparedSurface(surface, settings, None, streams)
     order = farthest(prepared, min(len(surface), MAX_DOTS), prepared.stream("view"))
     dots = ShownDots(prepared, order, opens="all", samples=True)
-    return page_of_dots(title, dots, values, labels, colour=1, links=LINKS_OF_VIEW[1:], origin=origin)
+    return page_of_dots(
+        title, dots, values, labels, colour=1, turn=turn, links=LINKS_OF_VIEW[1:], origin=origin
+    )
 
 
 def _counts(molecule: Molecule) -> str:

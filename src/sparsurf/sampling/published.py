@@ -239,9 +239,9 @@ def _sample(
 class SubsetsOfDraw(NamedTuple):
     """Subsets of K combinations that were drawn from the same random numbers; see `sample_together`."""
 
-    levels: np.ndarray  # (G, N) uint8, by group of equal beta, gamma and delta, and by dot
+    levels: np.ndarray  # (G, N) unsigned, by group of equal beta, gamma and delta, and by dot
     group: np.ndarray  # (K,) int64, group of each combination
-    level: np.ndarray  # (K,) int64, its subset holds the dots of at most this level
+    level: np.ndarray  # (K,) int64, its alpha in its group: its subset holds the dots of at most this level
 
     def subset(self, k: int) -> np.ndarray:
         """Return the dots of combination k, ascending."""
@@ -274,12 +274,13 @@ def sample_together(cover: Cover, combinations: ArrayLike, random: np.ndarray) -
     less by chance; those of equal beta, gamma and delta are nested in alpha, and share one pass over the pairs.
     """
     combinations = np.asarray(combinations, float).reshape(-1, 4)
-    alphas, level = np.unique(combinations[:, 0], return_inverse=True)
-    groups, group = np.unique(combinations[:, 1:], axis=0, return_inverse=True)
-    levels = np.empty((len(groups), cover.n_dots), np.uint8)
+    groups, group, of_group = np.unique(combinations[:, 1:], axis=0, return_inverse=True, return_counts=True)
+    group, level = group.reshape(-1), np.empty(len(combinations), int)
+    levels = np.empty((len(groups), cover.n_dots), np.min_scalar_type(of_group.max(initial=0)))
     for k, (beta, gamma, delta) in enumerate(groups.tolist()):
+        alphas, level[group == k] = np.unique(combinations[group == k, 0], return_inverse=True)
         _enter(cover, beta, gamma, delta, np.log(alphas), random, levels[k])
-    return SubsetsOfDraw(levels, group.reshape(-1), level)
+    return SubsetsOfDraw(levels, group, level)
 
 
 @njit(cache=True, nogil=True)

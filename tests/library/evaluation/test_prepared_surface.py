@@ -142,6 +142,18 @@ def test_draws_come_from_streams_of_their_own(prepared):
     assert np.array_equal(random, np.sort(prepared.stream("uniform", 3).permutation(3000)[: len(sampled)]))
 
 
+@pytest.mark.parametrize("beta", [np.zeros(300), np.linspace(0, 1, 300)])
+def test_many_alphas_are_told_apart_in_one_group_and_in_many(prepared, beta):
+    """A byte holds no 300 levels; the random numbers are those of a call with one combination."""
+    combinations = np.column_stack([np.linspace(0.01, 1, 300), beta, np.ones(300), np.ones(300)])
+    pairs = np.random.default_rng(3).exponential(size=len(prepared.cover.dot))
+    together = published.sample_together(prepared.cover, combinations, pairs)
+    alone = [published.sample_together(prepared.cover, [row], pairs).subset(0) for row in combinations[::13]]
+    for k, wanted in zip(range(0, 300, 13), alone, strict=True):
+        assert np.array_equal(together.subset(k), wanted), k
+    assert together.sizes().max() < len(prepared)
+
+
 def test_a_copy_differs_in_one_thing_and_what_follows_from_it(prepared, surface, index):
     """Other dots have an index, a roughness, a cover and an area of their own; another link changes the islands alone."""
     with pytest.raises(FrozenInstanceError):

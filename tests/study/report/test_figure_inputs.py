@@ -165,7 +165,9 @@ def test_two_forms_are_seen_alike_from_above_what_changes_most():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(figure_cases, "changes_figure", note)
         PICTURES["changes"]()
-    (points, normals), (other, of_other) = drawn["seen"]
+    (points, normals, _), (other, of_other, turn) = drawn["seen"]
+    of_second = drawn["forms"][1][1]
+    assert np.allclose(of_second.normals @ turn.T, of_other)
     assert np.allclose(points, other, atol=0.05) and np.allclose(normals, of_other, atol=0.01)
     change = drawn["forms"][0][3]
     most = change >= np.nanquantile(change, 0.9)

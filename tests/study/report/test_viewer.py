@@ -1,6 +1,7 @@
 """The page of a surface: what it stores, and what a real browser makes of it."""
 
 import base64
+import io
 import json
 from dataclasses import replace
 
@@ -14,7 +15,7 @@ from scipy.spatial.transform import Rotation
 from browser import Browser, programs
 from parsed_pages import Page
 from small_study import run_script, unpacked
-from sparsurf.api.pages import page_of_dots
+from sparsurf.api.pages import page_of_dots, page_of_values
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.patches.readings import words_of
 from sparsurf.recovery.reconstructing import distance_to_reconstructed
@@ -590,3 +591,19 @@ def test_a_page_of_some_dots_and_no_study(browser, prepared, order, tmp_path):
     choose(browser, sampler="paper")
     assert "dots (" in text_of(browser, "shown") and text_of(browser, "nearest") == ""
     assert browser.complaints() == []
+
+
+def test_dots_far_from_the_origin_fill_the_picture(prepared, tmp_path, browser):
+    """No atoms lie there to look at; the picture shows as much of them as where they lie around the origin."""
+    filled, surface = [], prepared.surface
+    for name, shift in (("near", 0), ("x", [300, 0, 0]), ("y", [0, 300, 0]), ("z", [0, 0, 300])):
+        moved = replace(surface, points=surface.points + shift)
+        page = tmp_path / f"{name}.html"
+        values = [DotValues("height", "height", " Å", surface.points[:, 2])]
+        page.write_text(page_of_values(name, moved, Settings(), Streams(1, name), values), encoding="utf-8")
+        browser.open(page.as_uri())
+        browser.wait_for("document.body.dataset.ready")
+        url = browser.run("return picture().then((out) => out.toDataURL())")
+        pixels = matplotlib.image.imread(io.BytesIO(base64.b64decode(url.split(",")[1])))
+        filled.append((np.abs(pixels[..., :3] - pixels[0, 0, :3]).sum(axis=2) > 0.1).mean())
+    assert filled[0] > 0.1 and filled[1:] == pytest.approx(3 * filled[:1], rel=0.05)

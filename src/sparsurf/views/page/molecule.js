@@ -39,7 +39,7 @@ async function start() {
     chooseDots();
     drawSurface();
     style();
-    viewer.zoomTo({}, 0);
+    centre();
     face(head.turn);
     fit();
     home = viewer.getView();
@@ -202,10 +202,21 @@ function face(t) {
   viewer.setView([...viewer.getView().slice(0, 4), part(t[0] - t[4] - t[8], t[7] - t[5]), part(t[4] - t[0] - t[8], t[2] - t[6]), part(t[8] - t[0] - t[4], t[3] - t[1]), part(t[0] + t[4] + t[8])]);
 }
 
+const drawn = () => [...meshes[view.frame].corners, ...(atoms[view.frame] ?? []), ...(hasSurface() ? [] : dots.places)];
+
+// Looks at the middle of all that is drawn and cuts nothing off: before the first picture, zoomTo only knows atoms.
+function centre() {
+  viewer.zoomTo({}, 0);
+  const ends = AXES.map((axis) => drawn().reduce(([low, high], place) => [Math.min(low, place[axis]), Math.max(high, place[axis])], [Infinity, -Infinity]));
+  const size = 50 + 2 * Math.hypot(...ends.map(([low, high]) => high - low));
+  viewer.setView([...ends.map(([low, high]) => -(low + high) / 2), ...viewer.getView().slice(3)]);
+  viewer.setSlab(-size, size);
+}
+
 // Zooms and moves so that everything that lies on the surface fills the picture.
 function fit() {
   const stage = element("stage"), { clientWidth, clientHeight } = stage, box = stage.getBoundingClientRect();
-  const all = [...meshes[view.frame].corners, ...(atoms[view.frame] ?? []), ...(hasSurface() ? [] : dots.places)];
+  const all = drawn();
   for (let round = 0; round < 3; round++) {
     const flat = viewer.modelToScreen(all), ends = (axis) => flat.reduce(([low, high], place) => [Math.min(low, place[axis]), Math.max(high, place[axis])], [Infinity, -Infinity]);
     const [[left, right], [top, bottom]] = [ends("x"), ends("y")];

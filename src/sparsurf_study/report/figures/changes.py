@@ -35,15 +35,19 @@ BELOW = colors.to_rgb("#B0B0B0")  # residues that change less than their floor
 
 def seen_alike(
     forms: Sequence[tuple[str, Surface, Molecule, np.ndarray]],
-) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Superpose two forms and look at what changes most; points and normals (N, 3) of each, towards the viewer along z."""
+) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """Superpose two forms and look at what changes most; points and normals (N, 3) of each, towards the viewer along z.
+
+    Third is the turn (3, 3) of the form where it lies, whose rows point right, up and to the viewer.
+    """
     (_, surface, molecule, change), (_, other, moved, _) = forms
     changed = change >= np.nanquantile(change, 0.9)
     view = render.oblique(surface.points[changed], surface.normals[changed], 90)  # from above
     rotation, shift = rigid_fit(moved.xyz[0], superpose_forms(moved, molecule).xyz[0])
-    moved_back = other.points @ rotation + shift, other.normals @ rotation
-    superposed = [(surface.points, surface.normals), moved_back]
-    return [(points @ view.T, normals @ view.T) for points, normals in superposed]
+    return [
+        (surface.points @ view.T, surface.normals @ view.T, view),
+        ((other.points @ rotation + shift) @ view.T, other.normals @ rotation @ view.T, view @ rotation.T),
+    ]
 
 
 def highest_shown(changes: Sequence[np.ndarray]) -> float:
@@ -71,9 +75,9 @@ def changes_figure(
     scale = layout.scale(1, highest_shown([change for *_, change in forms]))
     oriented = seen_alike(forms)
     shape = layout.pixels(PICTURE_WIDTH - 8, HEIGHT)
-    camera = render.aim(np.concatenate([points for points, _ in oriented]), np.eye(3), shape)
+    camera = render.aim(np.concatenate([points for points, *_ in oriented]), np.eye(3), shape)
     figure = layout.sheet(layout.PAGE_WIDTH, HEIGHT + 65, layout.headed(name, message))
-    for k, ((title, *_, change), (points, normals)) in enumerate(zip(forms, oriented, strict=True)):
+    for k, ((title, *_, change), (points, normals, _)) in enumerate(zip(forms, oriented, strict=True)):
         x = 2 + (PICTURE_WIDTH - 4) * k
         scene = render.draw_surface(points, normals, change_colours(change, scale), camera)
         layout.text(figure, x, 1, title)
