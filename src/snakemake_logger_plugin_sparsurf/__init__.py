@@ -1,4 +1,4 @@
-"""The first screen: a line for each job, its warnings, the first picture, and how far a long job is (`--logger sparsurf`)."""
+"""Snakemake's logger of a study: a line for each job, its warnings, and how far a long job is (`--logger sparsurf`)."""
 
 import os
 import re

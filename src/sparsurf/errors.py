@@ -1,4 +1,4 @@
-"""The error of everything that a user gave wrongly, and what its message names: arguments, and the file that is read."""
+"""InputError, the error for every mistake of a user, and the argument or the file that its message names."""
 
 import re
 from collections.abc import Callable, Iterator

@@ -1,4 +1,4 @@
-"""What the library logs, free of control characters, and who hears it."""
+"""The log of the library: its messages, free of control characters, and where they are printed."""
 
 from __future__ import annotations
 

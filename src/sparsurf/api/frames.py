@@ -202,10 +202,8 @@ def frames(
     trajectory : path, optional
         Trajectory that belongs to the structure `molecule`.
     path : str or Path, optional
-        File in .parquet or .csv for the table of residues; the others are written next to it, as run_frames.csv,
-        run_ranking.csv and run_contacts.csv next to run.csv, where they replace only such tables. A call that was stopped
-        continues from the frames that were finished, unless a field is a function of your own, and writes the same bytes. Parquet
-        needs pyarrow.
+        File in .parquet (needs pyarrow) or .csv for the table of residues; the others are written next to it, as run_frames.csv,
+        run_ranking.csv and run_contacts.csv next to run.csv. A stopped call continues from its finished frames.
     stride : int
         Measure every stride-th frame (default 1, all frames).
     fields : str, callable, or sequence of these
@@ -218,8 +216,7 @@ def frames(
         Whether the walls of closed cavities inside the molecule count (default 'keep').
     rank : str or callable
         What the residues are ranked by: 'roughness' (the default), 'area', 'depth', 'accessible', 'relative', 'buried', or any
-        field, which is measured as well if `fields` leaves it out. Areas rank large residues first, since these have more area
-        that can change.
+        field, which is measured as well if `fields` leaves it out.
     rank_by : {'sd', 'range'}
         Whether the standard deviation over the frames counts, or the highest minus the lowest value (default 'sd').
     groups : str or sequence, optional
@@ -230,31 +227,25 @@ def frames(
     Returns
     -------
     FrameTables or None
-        `residues`, with a row for each residue in each frame: frame (its position in the file, from 0), time_ps (NaN where the
-        file has no times), chain, residue, residue_name, area (Å^2), mean_roughness (1 is flat, 0 is rough; NaN where the
-        residue is buried), depth (Å), accessible (Å^2), relative, buried (Å^2) and the mean of each field. `frames`, with a row
-        for each frame: frame, time_ps, area (Å^2), volume (Å^3), components, cavities, dots, mean_roughness, accessible and
-        buried (Å^2). `ranking`, with a row for each residue, the one that
-        changes most first: chain, residue, residue_name, rank, quantity (the column of `residues` that it is ranked by), mean, sd
-        (standard deviation; NaN of fewer than two values), lowest, highest and range of that column over the frames in which it
-        has a value, of which there are `frames` (a buried residue has no roughness), and mean_area (Å^2). Residues with less
-        than 20 Å^2 of area in the mean, with a value in fewer than half of the frames, or without a change are not ranked: they
-        come last, without a `rank`. `contacts`, with a row for each residue and
-        each partner that buries some of it: chain, residue, residue_name, partner, occupancy (the share of the frames in which
-        the partner buries at least 1 Å^2), and the mean over all frames and the highest value of the buried area (Å^2), which is
-        that of `areas(...).contacts`. None if `path` is given: memory then does not grow with the number of frames.
+        `residues`, with a row for each residue in each frame: frame (from 0), time_ps, chain, residue, residue_name, area (Å^2),
+        mean_roughness (1 is flat, 0 is rough; NaN if buried), depth (Å), accessible (Å^2), relative, buried (Å^2) and fields.
+        `frames`, with a row for each frame: areas (Å^2), volume (Å^3), components, cavities, dots and mean_roughness.
+        `ranking`, with a row for each residue, the one that changes most first: rank, quantity, mean, sd, lowest, highest, range,
+        the number of `frames` with a value and mean_area (Å^2). `contacts`, with a row for each residue and each partner that
+        buries some of it: occupancy (share of the frames with at least 1 Å^2), mean and highest buried area (Å^2).
+        None if `path` is given: memory then does not grow with the number of frames.
 
     Raises
     ------
     InputError
-        The trajectory does not belong to the structure, a frame has no surface, an argument is outside of its limits, or one
-        of the two files would replace an input or, as the table of frames, a file of another kind.
+        The trajectory does not belong to the structure, a frame has no surface, an argument is outside of its limits, or a file
+        would replace an input or a file of another kind.
 
     Notes
     -----
-    The numbers of a frame are those of `residues(surface(molecule, frame=...))`, and its exact areas `accessible`, `relative` and
-    `buried` (by its partners) those of `areas(molecule, frame=...)`, except that `cavities="remove"` takes the walls of cavities
-    out of the accessible area.
+    The numbers of a frame are those of `residues(surface(molecule, frame=...))` and `areas(molecule, frame=...)`, except that
+    `cavities="remove"` takes the walls of cavities out of the accessible area. Residues with less than 20 Å^2 of area in the
+    mean, with a value in fewer than half of the frames, or without a change come last, without a rank.
 
     Examples
     --------

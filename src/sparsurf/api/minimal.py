@@ -75,12 +75,8 @@ def minimal(
     """Choose few dots that represent a surface, by default with a mean error of 0.02 Å.
 
     Where an error of at most 0.12 Å is requested of dots that were placed on atoms, `recover` infers the atoms from the kept dots
-    (sampler 'cover'). They are chosen by the error that the inferred atoms predict, and then the surface is reconstructed and
-    measured: if an error exceeds its limit, dots are added and it is measured again. Such dots serve this reconstruction alone:
-    with the interpolant they err by 20 to 40 % more than evenly spread ones, and the loss of a random tenth of them raises the
-    mean error from 0.002 to 0.06 to 0.1 Å.
-
-    A study and the command `sparsurf minimal` choose the same dots with the same seed.
+    (sampler 'cover'), which are chosen by the error that these atoms predict. A study and the command `sparsurf minimal` choose
+    the same dots with the same seed.
 
     Parameters
     ----------
@@ -94,18 +90,15 @@ def minimal(
     density : float, optional
         Number of dots per Å^2.
     error : float, optional
-        Mean distance of the true surface from the reconstructed one, Å, measured on independent dots of the whole surface.
-        Without any of the five, this is 0.02. `density_for` says which density an error takes.
+        Mean distance of the true surface from the reconstructed one, Å; 0.02 without any of the five.
     max_z : float, optional
         Largest Z (see `compare`) of the dots as they are, without reconstruction.
     sampler : str or callable
-        How the dots are chosen, by name or by a function, as in `sample`; 'auto' (default) is 'cover' where an error of at most
-        0.12 Å is requested of all dots that `surface` placed and `reconstruction` is not 'interpolant', and 'farthest'
-        (farthest-point sampling) in all other cases.
+        How the dots are chosen, as in `sample`; 'auto' (default) is 'cover' where an error of at most 0.12 Å is requested of all
+        dots that `surface` placed and `reconstruction` is not 'interpolant', and 'farthest' in all other cases.
     reconstruction : {'auto', 'interpolant', 'spheres'}
         How the surface is reconstructed where its error is measured, as in `recover`; 'auto' (default) is 'spheres' with the
-        sampler 'cover', and where the sampler 'auto' keeps dots on atoms for an error. It is 'interpolant' in all other cases,
-        in which `recover` may use the spheres, so that its error is smaller than the one that is measured here.
+        sampler 'cover', and where the sampler 'auto' keeps dots on atoms for an error, else 'interpolant'.
     error_99 : float, optional
         Distance within which 99 % of the true surface lies from the reconstructed one, Å. With the sampler 'cover' 99 % of the
         reconstructed surface also lies within it from the true one, and it is 5 times `error` if it is not given; `math.inf`
@@ -128,6 +121,11 @@ def minimal(
     ------
     InputError
         More than one size is given, or the size cannot be had from this surface.
+
+    Notes
+    -----
+    Dots of 'cover' serve the reconstruction by spheres alone: with the interpolant they err by 20 to 40 % more than evenly spread
+    ones, and the loss of a random tenth of them raises the mean error from 0.002 to 0.06 to 0.1 Å.
 
     Examples
     --------

@@ -62,11 +62,10 @@ def show(
 ) -> View:
     """Show a molecule or a surface as one page, and open it in the browser where there is one.
 
-    The page shows the surface above the cartoon of the molecule and its ligands, its roughness and its fields as colours and
-    numbers, which residues touch which chain or ligand and the exact area that is buried, the mean roughness of the residues
-    along each chain, the ten roughest residues, and the parts of the structure that were left out. A residue that is clicked
-    in the picture, in the list or in the profile, or searched for, is shown by all of them. 3Dmol.js (Rego and Koes,
-    Bioinformatics 31:1322, 2015) draws the picture. The page is one file that needs no network.
+    The page is one file that needs no network. It shows the surface above the cartoon of the molecule and its ligands, coloured
+    by roughness or fields, which residues touch which chain or ligand, the roughness of the residues along each chain, the ten
+    roughest residues, and the parts of the structure that were left out. 3Dmol.js (Rego and Koes, Bioinformatics 31:1322, 2015)
+    draws the picture.
 
     Parameters
     ----------

@@ -87,8 +87,7 @@ def surface(
     Parameters
     ----------
     molecule : path, Molecule, atoms of another library, or pair (xyz, radii)
-        Path of a structure, path of a file with radii (.xyzr, .xyzrn, .pqr) or of a small molecule (.sdf, .mol, .mol2, with
-        radii of Bondi), a Molecule, atoms of mdtraj, biotite, MDAnalysis, gemmi or Biopython, the centres (A, 3) and
+        A structure, a file with radii (.xyzr, .xyzrn, .pqr) or of a small molecule (.sdf, .mol, .mol2), the centres (A, 3) and
         radii (A,) of spheres in Å, or SurfaceAtoms from `surface_atoms`, on which the surface is the same as on all atoms.
     frame : int
         Position of the frame, from 0 (default 0). An AtomGroup of MDAnalysis has one, the current frame of its trajectory.
@@ -130,13 +129,6 @@ def surface(
     >>> dots = sparsurf.surface("data/tdp43/topology.pdb")
     >>> len(dots), dots.points.shape, round(dots.area.sum())
     (24600, (24600, 3), 4560)
-
-    A trajectory of mdtraj; nanometres become Å:
-
-    >>> import mdtraj
-    >>> trajectory = mdtraj.load("data/tdp43/trajectory.xtc", top="data/tdp43/topology.pdb", stride=500)
-    >>> [len(sparsurf.surface(trajectory, frame=f)) for f in range(2)]
-    [24600, 23274]
 
     Two spheres:
 

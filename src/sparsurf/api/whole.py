@@ -1,4 +1,4 @@
-"""The whole surface that dots are a part of: a page or a table of some dots tells the numbers of the whole.
+"""Find the whole surface that dots are a part of, whose numbers a page or a table of these dots states.
 
 It is that of their atoms where these are known. Otherwise it is reconstructed from dots whose own patches would be fragmented.
 """

@@ -1,4 +1,4 @@
-"""One surface and the few dots that stand for it: the analysis of the study, of a batch, of functions and commands."""
+"""Choose the minimal subset of a surface and measure its errors, for the study, its batches, functions and commands."""
 
 import logging
 import warnings

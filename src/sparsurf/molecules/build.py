@@ -1,4 +1,4 @@
-"""The one builder: the table of atoms of any input becomes a Molecule by the same ordered steps.
+"""Build a Molecule from the table of atoms of any input, always by the same ordered steps.
 
 Residues are gathered, one location of every atom is kept, residues get their kind and place by their bonds, molecules a
 chain identifier of their own where the input repeats one, and atoms their element. Then atoms are selected, the same in

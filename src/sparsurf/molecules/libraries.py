@@ -1,4 +1,4 @@
-"""Atoms of other libraries, which users hold in memory: those of `WITH_ATOMS`.
+"""Read the atoms of objects of other libraries, such as mdtraj, biotite and MDAnalysis: those of `WITH_ATOMS`.
 
 Each is converted to the table of `atom_table`, and built like a file. The libraries need not be installed.
 """
