@@ -19,8 +19,8 @@ from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.molecules.selection import POLYMERS, Partners, partners_of_atoms
 from sparsurf.surfaces.areas import areas_of_spheres, contacts_of_spheres
+from sparsurf.surfaces.grid import pairs_within
 from sparsurf.surfaces.radii import radii
-from sparsurf.surfaces.vectors import pairs_within
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

@@ -24,7 +24,7 @@ from sparsurf.files import read_text
 from sparsurf.molecules.names import usual_name
 from sparsurf.molecules.pqr import read_pqr
 from sparsurf.molecules.residues import VARIANTS, standard_name
-from sparsurf.surfaces.vectors import pairs_within
+from sparsurf.surfaces.grid import pairs_within
 
 if TYPE_CHECKING:
     from sparsurf.molecules.molecule import Molecule

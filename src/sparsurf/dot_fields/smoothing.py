@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from sparsurf.kernels import njit
-from sparsurf.surfaces.vectors import Cells, cell_column, point, sort_into_cells, squared_distance
+from sparsurf.surfaces.grid import Grid, columns_around, in_column, sort_into_grid
+from sparsurf.surfaces.vectors import point, squared_distance
 
 SIGMA = 2.5  # Å, of the Gaussian that weights the atoms
 SMOOTHING_CUTOFF = 4.0  # sigmas; atoms beyond it weigh less than e^-8
@@ -18,28 +19,23 @@ def gaussian_mean(
     finite = np.isfinite(values)
     out = np.full(len(points), np.nan)
     if finite.any():
-        atoms = np.ascontiguousarray(xyz[finite], np.float64)
-        cells = sort_into_cells(atoms, SMOOTHING_CUTOFF * sigma)
-        _smooth(atoms, np.asarray(values, np.float64)[finite], cells, float(sigma), points, out)
+        grid = sort_into_grid(xyz[finite], SMOOTHING_CUTOFF * sigma)
+        _smooth(np.asarray(values, np.float64)[finite], grid, float(sigma), points, out)
     return out
 
 
 @njit(cache=True, nogil=True)
-def _smooth(
-    xyz: np.ndarray, values: np.ndarray, cells: Cells, sigma: float, points: np.ndarray, out: np.ndarray
-) -> None:
+def _smooth(values: np.ndarray, grid: Grid, sigma: float, points: np.ndarray, out: np.ndarray) -> None:
     """Write the Gaussian mean at each point to `out`."""
     for i in range(len(points)):
         dot, total, weights = point(points, i), 0.0, 0.0
-        for c in range(9):
-            slot, last = cell_column(cells, dot, c)
-            while slot < len(cells.key) and cells.key[slot] <= last:
-                j = cells.order[slot]
-                d2 = squared_distance(dot, point(xyz, j))
+        columns = columns_around(grid.lattice, dot, SMOOTHING_CUTOFF * sigma)
+        for c in range(columns.n):
+            for q in in_column(grid.start, columns, c):
+                d2 = squared_distance(dot, point(grid.xyz, q))
                 if d2 < (SMOOTHING_CUTOFF * sigma) ** 2:
                     weight = np.exp(-d2 / (2 * sigma * sigma))
-                    total += weight * values[j]
+                    total += weight * values[grid.dot[q]]
                     weights += weight
-                slot += 1
         if weights > 0.0:
             out[i] = total / weights

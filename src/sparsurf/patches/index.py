@@ -18,6 +18,7 @@ from sparsurf.arguments import D_LINK as D_LINK  # re-exported: most users impor
 from sparsurf.arguments import R_PATCH as R_PATCH
 from sparsurf.arguments import R_ZERNIKE as R_ZERNIKE
 from sparsurf.kernels import njit
+from sparsurf.surfaces.grid import Lattice, cells_within, columns_around, in_column, sort_into_grid
 from sparsurf.surfaces.vectors import Vector, point, squared_distance
 from sparsurf.threads import parallel_map
 
@@ -37,10 +38,8 @@ class PatchIndex(NamedTuple):
     normals: np.ndarray  # (N, 3) float64, unit vectors
     dot: np.ndarray  # (N,) int32, at each position
     position: np.ndarray  # (N,) int32, of each dot
-    origin: np.ndarray  # of the cell grid, as the next three
-    shape: np.ndarray
-    side: float
-    start: np.ndarray  # (cells + 1,) int64
+    start: np.ndarray  # (cells + 1,) int64, first position of each cell
+    lattice: Lattice
     link_start: np.ndarray  # (N + 1,) int64
     link: np.ndarray  # int32, linked positions, rows padded with N up to `MIN_LINKS_PER_DOT`
 
@@ -49,109 +48,41 @@ def build_index(points: np.ndarray, normals: np.ndarray, d_link: float = D_LINK)
     """Sort dots into cells and link those closer than `d_link` (Å, strict); the index takes about 100 bytes per dot."""
     d_link = float(d_link)  # an int would compile the kernels again
     grid = build_grid(points, normals, max(CELL_SIDE, d_link))
-    links = _link(grid.xyz, grid.origin, grid.shape, grid.side, grid.start, d_link)
+    links = _link(grid, d_link)
     return grid._replace(link_start=links[0], link=links[1])
 
 
 def build_grid(points: np.ndarray, normals: np.ndarray | None = None, side: float = CELL_SIDE) -> PatchIndex:
     """Sort dots into cells of `side` Å without linking them: 70 bytes per dot, and enough for `ball`."""
-    points = np.ascontiguousarray(points, np.float64)
-    low, high = _bounding_box(points)
-    side = _cell_side(high - low, len(points), side)
-    origin = low - 1e-6
-    shape = ((high - origin) / side).astype(np.int64) + 1
-    start, dot = _sort_into_cells(points, origin, shape, side)
+    xyz, dot, start, lattice = sort_into_grid(points, side)
     position = np.empty(len(dot), np.int32)
     position[dot] = np.arange(len(dot), dtype=np.int32)
     normals = np.zeros((0, 3)) if normals is None else np.asarray(normals, np.float64)[dot]
-    no_links = np.zeros(0, np.int64), np.zeros(0, np.int32)
-    return PatchIndex(points[dot], normals, dot, position, origin, shape, side, start, *no_links)
+    return PatchIndex(
+        xyz, normals, dot, position, start, lattice, np.zeros(0, np.int64), np.zeros(0, np.int32)
+    )
 
 
 @njit(cache=True, nogil=True)
-def _bounding_box(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the lowest and highest coordinates, (3,) each; numpy takes ten times as long along the first axis."""
-    low, high = points[0].copy(), points[0].copy()
-    for i in range(1, len(points)):
-        for c in range(3):
-            low[c], high[c] = min(low[c], points[i, c]), max(high[c], points[i, c])
-    return low, high
-
-
-def _cell_side(extent: np.ndarray, n: int, side: float) -> float:
-    """Enlarge the cell side, Å, where n dots span a huge box (3,), so that there are not far more cells than dots."""
-    # an axis along which the box is thinner than a cell still has one cell
-    while np.prod(np.maximum(extent / side, 1.0)) > 50 * n + 1e6:
-        side *= 2
-    return float(side)
-
-
-@njit(cache=True, nogil=True)
-def _sort_into_cells(
-    points: np.ndarray, origin: np.ndarray, shape: np.ndarray, side: float
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the first slot of every cell and the dots in the order of their cells."""
-    n = len(points)
-    cell = np.empty(n, np.int64)
-    start = np.zeros(shape[0] * shape[1] * shape[2] + 1, np.int64)
-    for i in range(n):
-        a = int((points[i, 0] - origin[0]) / side)
-        b = int((points[i, 1] - origin[1]) / side)
-        c = int((points[i, 2] - origin[2]) / side)
-        cell[i] = (a * shape[1] + b) * shape[2] + c
-        start[cell[i] + 1] += 1
-    for k in range(len(start) - 1):
-        start[k + 1] += start[k]
-    fill = start[:-1].copy()
-    dot = np.empty(n, np.int32)
-    for i in range(n):
-        dot[fill[cell[i]]] = i
-        fill[cell[i]] += 1
-    return start, dot
-
-
-@njit(cache=True, nogil=True)
-def cells_within(x: float, radius: float, origin: float, side: float, cells: int) -> tuple[int, int]:
-    """Return the first and last cell along one axis that a sphere can touch."""
-    first = max(0, int((x - radius - origin) / side))
-    return first, min(cells - 1, int((x + radius - origin) / side))
-
-
-@njit(cache=True, nogil=True)
-def cells_around(index: PatchIndex, centre: Vector, radius: float) -> tuple[int, int, int, int, int, int]:
-    """Return the first and last cell along each axis that a sphere around a point can touch."""
-    a0, a1 = cells_within(centre[0], radius, index.origin[0], index.side, index.shape[0])
-    b0, b1 = cells_within(centre[1], radius, index.origin[1], index.side, index.shape[1])
-    c0, c1 = cells_within(centre[2], radius, index.origin[2], index.side, index.shape[2])
-    return a0, a1, b0, b1, c0, c1
-
-
-@njit(cache=True, nogil=True)
-def _link(
-    xyz: np.ndarray, origin: np.ndarray, shape: np.ndarray, side: float, start: np.ndarray, d_link: float
-) -> tuple[np.ndarray, np.ndarray]:
+def _link(grid: PatchIndex, d_link: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the positions closer than `d_link` to each, as CSR rows that are padded to `MIN_LINKS_PER_DOT`."""
-    n = len(xyz)
+    xyz, n = grid.xyz, len(grid.xyz)
     d2 = d_link * d_link
     link_start = np.zeros(n + 1, np.int64)
     link = np.full(2 * MIN_LINKS_PER_DOT * n, n, np.int32)
     for i in range(n):
         x, y, z = xyz[i, 0], xyz[i, 1], xyz[i, 2]
-        a0, a1 = cells_within(x, d_link, origin[0], side, shape[0])
-        b0, b1 = cells_within(y, d_link, origin[1], side, shape[1])
-        c0, c1 = cells_within(z, d_link, origin[2], side, shape[2])
+        columns = columns_around(grid.lattice, (x, y, z), d_link)
         first = m = link_start[i]
-        for a in range(a0, a1 + 1):
-            for b in range(b0, b1 + 1):
-                row = (a * shape[1] + b) * shape[2]
-                begin, end = start[row + c0], start[row + c1 + 1]
-                if m + end - begin + MIN_LINKS_PER_DOT > len(link):
-                    link = np.concatenate((link, np.full(len(link) + end - begin, n, np.int32)))
-                for q in range(begin, end):
-                    p = np.uintp(q)
-                    ex, ey, ez = xyz[p, 0] - x, xyz[p, 1] - y, xyz[p, 2] - z
-                    link[np.uintp(m)] = q  # without a branch: entries that do not count are overwritten
-                    m += 1 if (ex * ex + ey * ey + ez * ez < d2) & (q != i) else 0
+        for c in range(columns.n):
+            run = in_column(grid.start, columns, c)
+            if m + len(run) + MIN_LINKS_PER_DOT > len(link):
+                link = np.concatenate((link, np.full(len(link) + len(run), n, np.int32)))
+            for q in run:
+                p = np.uintp(q)
+                ex, ey, ez = xyz[p, 0] - x, xyz[p, 1] - y, xyz[p, 2] - z
+                link[np.uintp(m)] = q  # without a branch: entries that do not count are overwritten
+                m += 1 if (ex * ex + ey * ey + ez * ez < d2) & (q != i) else 0
         for k in range(m, first + MIN_LINKS_PER_DOT):
             link[k] = n
         link_start[i + 1] = max(m, first + MIN_LINKS_PER_DOT)
@@ -161,12 +92,9 @@ def _link(
 @njit(cache=True, nogil=True)
 def room_around(index: PatchIndex, centre: Vector, radius: float) -> int:
     """Return an upper bound on the dots within a radius of a point, Å."""
-    a0, a1, b0, b1, c0, c1 = cells_around(index, centre, radius)
-    n = 0
-    for a in range(a0, a1 + 1):
-        for b in range(b0, b1 + 1):
-            row = (a * index.shape[1] + b) * index.shape[2]
-            n += index.start[row + c1 + 1] - index.start[row + c0] if c1 >= c0 else 0
+    n, columns = 0, columns_around(index.lattice, centre, radius)
+    for c in range(columns.n):
+        n += len(in_column(index.start, columns, c))
     return n
 
 
@@ -184,17 +112,20 @@ def ball(index: PatchIndex, centre: Vector, radius: float, out: np.ndarray) -> i
     """Write the positions of the dots within a radius (Å, inclusive) of a point into `out`, and return their number."""
     n = 0
     r2 = radius * radius
-    x, y, side = centre[0], centre[1], index.side
-    a0, a1, b0, b1, c0, c1 = cells_around(index, centre, radius)
+    origin, (n_x, n_y, n_z), side = index.lattice
+    x, y, z = centre
+    a0, a1 = cells_within(x, radius, origin[0], side, n_x)
+    b0, b1 = cells_within(y, radius, origin[1], side, n_y)
+    c0, c1 = cells_within(z, radius, origin[2], side, n_z)
     for a in range(a0, a1 + 1):
-        low = index.origin[0] + a * side - x
+        low = origin[0] + a * side - x
         dx = max(0.0, max(low, -low - side))
         for b in range(b0, b1 + 1):
-            low = index.origin[1] + b * side - y
+            low = origin[1] + b * side - y
             dy = max(0.0, max(low, -low - side))
             if dx * dx + dy * dy > r2 or c1 < c0:
                 continue
-            row = (a * index.shape[1] + b) * index.shape[2]
+            row = (a * n_y + b) * n_z
             for q in range(index.start[row + c0], index.start[row + c1 + 1]):
                 out[np.uintp(n)] = q
                 n += 1 if squared_distance(point(index.xyz, np.uintp(q)), centre) <= r2 else 0
@@ -336,13 +267,11 @@ def select_separated(
             out[m] = order[k]
             m += 1
             centre = point(index.xyz, p)
-            a0, a1, b0, b1, c0, c1 = cells_around(index, centre, radius)
-            for a in range(a0, a1 + 1):
-                for b in range(b0, b1 + 1):
-                    row = (a * index.shape[1] + b) * index.shape[2]
-                    for j in range(index.start[row + c0], index.start[row + c1 + 1]):
-                        q = np.uintp(j)
-                        blocked[q] |= squared_distance(point(index.xyz, q), centre) <= r2
+            columns = columns_around(index.lattice, centre, radius)
+            for c in range(columns.n):
+                for j in in_column(index.start, columns, c):
+                    q = np.uintp(j)
+                    blocked[q] |= squared_distance(point(index.xyz, q), centre) <= r2
     return out[:m].copy()
 
 
@@ -389,16 +318,12 @@ def _write_nearest(
         found, best, within = np.int64(-1), 0.0, first
         while found < 0 and within < OUT_OF_REACH:
             best = within * within
-            a0, a1, b0, b1, c0, c1 = cells_around(index, centre, within)
-            for a in range(a0, a1 + 1):
-                for b in range(b0, b1 + 1):
-                    if c1 < c0:
-                        continue
-                    row = (a * index.shape[1] + b) * index.shape[2]
-                    for q in range(index.start[row + c0], index.start[row + c1 + 1]):
-                        d2 = squared_distance(point(index.xyz, q), centre)
-                        if q != itself[i] and (d2 < best or (d2 == best and index.dot[q] < found)):
-                            best, found = d2, np.int64(index.dot[q])
+            columns = columns_around(index.lattice, centre, within)
+            for c in range(columns.n):
+                for q in in_column(index.start, columns, c):
+                    d2 = squared_distance(point(index.xyz, q), centre)
+                    if q != itself[i] and (d2 < best or (d2 == best and index.dot[q] < found)):
+                        best, found = d2, np.int64(index.dot[q])
             within *= 2.0
         if found >= 0:
             dot[i], distance[i] = found, math.sqrt(best)

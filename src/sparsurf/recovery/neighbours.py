@@ -5,7 +5,8 @@ import math
 import numpy as np
 
 from sparsurf.kernels import njit
-from sparsurf.patches.index import PatchIndex, cells_around
+from sparsurf.patches.index import PatchIndex
+from sparsurf.surfaces.grid import columns_around, in_column
 from sparsurf.surfaces.vectors import dot, point, squared_distance
 
 # Cosine of two normals: dots that face each other across a cleft are no neighbours.
@@ -31,7 +32,8 @@ def nearest_on_same_side(
     """Write the nearest neighbours (n, k) of dots begin:end, themselves first, -1 for none, and their distances, Å."""
     n, k = neighbours.shape
     nearby, distance2 = np.empty(n + 1, np.int32), np.empty(n + 1)
-    diagonal = math.sqrt(np.sum((index.shape * index.side) ** 2))
+    _, (n_x, n_y, n_z), side = index.lattice
+    diagonal = side * math.sqrt(n_x**2 + n_y**2 + n_z**2)
     for i in range(begin, end):
         radius, m = first_radius, 0
         while True:
@@ -69,17 +71,14 @@ def _dots_on_same_side(
 ) -> int:
     """Write the dots within `radius` of position i that do not face it, with squared distances; return their number."""
     centre, normal = point(index.xyz, i), point(index.normals, i)
-    a0, a1, b0, b1, c0, c1 = cells_around(index, centre, radius)
-    m = 0
-    for a in range(a0, a1 + 1):
-        for b in range(b0, b1 + 1):
-            row = (a * index.shape[1] + b) * index.shape[2]
-            for j in range(index.start[row + c0], index.start[row + c1 + 1]):
-                q = np.uintp(j)
-                d = squared_distance(point(index.xyz, q), centre)
-                cosine = dot(point(index.normals, q), normal)
-                nearby[np.uintp(m)], distance2[np.uintp(m)] = j, d  # overwritten by the next unless counted
-                m += 1 if (d <= radius * radius) & (cosine >= MIN_COSINE_OF_SAME_SIDE) else 0
+    m, columns = 0, columns_around(index.lattice, centre, radius)
+    for c in range(columns.n):
+        for j in in_column(index.start, columns, c):
+            q = np.uintp(j)
+            d = squared_distance(point(index.xyz, q), centre)
+            cosine = dot(point(index.normals, q), normal)
+            nearby[np.uintp(m)], distance2[np.uintp(m)] = j, d  # overwritten by the next unless counted
+            m += 1 if (d <= radius * radius) & (cosine >= MIN_COSINE_OF_SAME_SIDE) else 0
     return m
 
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from sparsurf.kernels import njit
-from sparsurf.patches.index import PatchIndex, cells_within
+from sparsurf.patches.index import PatchIndex
+from sparsurf.surfaces.grid import cells_within
 
 # A full list forces a comparison, and a longer one takes memory for every cell
 WAITING = 8  # chosen dots that a cell may have to compare with its dots
@@ -45,7 +46,8 @@ def _farthest_positions(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return positions in the order of choice, (n,) int32, and the chosen one nearest to each, (N,) int32, if asked for."""
     n_dots = len(index.dot)
-    n_columns, depth = index.shape[0] * index.shape[1], index.shape[2]
+    origin, (n_x, n_y, depth), side = index.lattice
+    n_columns = n_x * n_y
     # The cells that have dots, one after the other along z: `begin` is the first position of each
     n_cells = 0
     for cell in range(len(index.start) - 1):
@@ -61,7 +63,7 @@ def _farthest_positions(
     begin[n_cells], column[n_columns] = n_dots, n_cells
     # no np.sum, np.full or copy: a stored kernel that calls them imports scipy.linalg when it is loaded
     # Larger than any squared distance, and finite, since its root becomes the number of a cell
-    unlimited = 4.0 * index.side**2 * (index.shape[0] ** 2 + index.shape[1] ** 2 + index.shape[2] ** 2)
+    unlimited = 4.0 * side**2 * (n_x**2 + n_y**2 + depth**2)
     gap, nearest = np.empty(n_dots), np.zeros(n_dots, np.int32)  # squared distance to the nearest chosen dot
     for q in range(n_dots):
         gap[q] = unlimited
@@ -95,10 +97,10 @@ def _farthest_positions(
         x, y, z = index.xyz[p, 0], index.xyz[p, 1], index.xyz[p, 2]
         # Wider than rounding, which might leave out a cell; a cell too many costs one comparison
         radius = 1.000001 * np.sqrt(reach2)
-        a0, a1 = cells_within(x, radius, index.origin[0], index.side, index.shape[0])
-        b0, b1 = cells_within(y, radius, index.origin[1], index.side, index.shape[1])
+        a0, a1 = cells_within(x, radius, origin[0], side, n_x)
+        b0, b1 = cells_within(y, radius, origin[1], side, n_y)
         for a in range(a0, a1 + 1):
-            c = a * index.shape[1]
+            c = a * n_y
             for k in range(column[c + b0], column[c + b1 + 1]):
                 # to the nearest and to the farthest point of the box: rounded as the distances of its dots, which lie between
                 dx = max(box[k, 0] - x, x - box[k, 3], 0.0)

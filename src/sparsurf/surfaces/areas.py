@@ -25,12 +25,12 @@ from sparsurf.kernels import njit
 from sparsurf.surfaces.components import enclosed_centres
 from sparsurf.surfaces.dot_placement import (
     RolledProbe,
-    at_least_one_probe,
     band_area,
     bands,
     checked_spheres,
     relative_positions,
 )
+from sparsurf.surfaces.grid import Grid, columns_around, in_column, sort_into_grid
 from sparsurf.surfaces.rolling_probe import (
     ARC_RADIUS,
     CLOSED,
@@ -51,15 +51,12 @@ from sparsurf.surfaces.rolling_probe import (
     roll,
 )
 from sparsurf.surfaces.vectors import (
-    Cells,
     Vector,
     add_scaled,
-    cell_column,
     cross,
     dot,
     doubled,
     point,
-    sort_into_cells,
     squared_distance,
     subtract,
     vector_at,
@@ -218,8 +215,7 @@ def _areas_by_kind(
     contact, saddle, concave = np.zeros((3, len(accessible)))
     contact += accessible * (1 - probe / rolling.atoms.reach) ** 2
     _add_saddles(rolling, left_out.arcs, probe, saddle)
-    cells = sort_into_cells(at_least_one_probe(rolling.probes), 2 * probe)
-    _add_concave(rolling, left_out.probes, cells, probe, concave)
+    _add_concave(rolling, left_out.probes, sort_into_grid(rolling.probes, 2 * probe), probe, concave)
     return np.stack([contact, saddle, concave], axis=1)
 
 
@@ -304,9 +300,7 @@ def _write_cap(caps: np.ndarray, row: int, axis: Vector, height: float) -> None:
 
 
 @njit(cache=True, nogil=True)
-def _add_concave(
-    rolling: Rolling, left_out: np.ndarray, cells: Cells, probe: float, area: np.ndarray
-) -> None:
+def _add_concave(rolling: Rolling, left_out: np.ndarray, grid: Grid, probe: float, area: np.ndarray) -> None:
     """Add the area of the triangle of each fixed probe except some (P,) to its three atoms.
 
     Its parts inside of other probes are no part of it.
@@ -334,17 +328,15 @@ def _add_concave(
         n = N_FIXED_CAPS
         # Only a triangle that reaches beyond the plane of its atoms can enter another probe
         if dot(plane, to_i) < probe * math.sqrt(dot(plane, plane)):
-            for c in range(9):
-                slot, last = cell_column(cells, apex, c)
-                while slot < len(cells.key) and cells.key[slot] <= last:
-                    neighbour = cells.order[slot]
-                    slot += 1
-                    d2 = squared_distance(point(rolling.probes, neighbour), apex)
-                    if neighbour == q or d2 >= 4 * probe * probe:
+            columns = columns_around(grid.lattice, apex, grid.lattice.side)
+            for c in range(columns.n):
+                for p in in_column(grid.start, columns, c):
+                    d2 = squared_distance(point(grid.xyz, p), apex)
+                    if grid.dot[p] == q or d2 >= 4 * probe * probe:
                         continue
                     if n == len(caps):
                         caps = doubled(caps)
-                    _write_cap(caps, n, subtract(point(rolling.probes, neighbour), apex), d2 / (2 * probe))
+                    _write_cap(caps, n, subtract(point(grid.xyz, p), apex), d2 / (2 * probe))
                     n += 1
         for owner in range(3):
             for step in range(1, 3):

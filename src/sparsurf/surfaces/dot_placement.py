@@ -16,6 +16,7 @@ import numpy as np
 
 from sparsurf.errors import InputError, argument
 from sparsurf.kernels import njit
+from sparsurf.surfaces.grid import Grid, columns_around, in_column, sort_into_grid
 from sparsurf.surfaces.rolling_probe import (
     ARC_RADIUS,
     E1,
@@ -37,14 +38,11 @@ from sparsurf.surfaces.rolling_probe import (
 )
 from sparsurf.surfaces.surface import CONCAVE, CONTACT, SADDLE
 from sparsurf.surfaces.vectors import (
-    Cells,
     Vector,
     add_scaled,
-    cell_column,
     cross,
     dot,
     point,
-    sort_into_cells,
     squared_distance,
     subtract,
     vector_at,
@@ -101,7 +99,7 @@ class RolledProbe(NamedTuple):
     rolling: Rolling
     blockers: RolledAtoms
     whole: np.ndarray  # (A,) bool, no arc bounds the accessible part of this sphere
-    probe_cells: Cells  # of the fixed probes
+    probes: Grid  # the grid of the fixed probes, as wide as the radius
     probe: float  # Å, radius; 0 where dots lie on the spheres of its centres, whose radii are then `radii`
     exact: bool
     left_out: EnclosedCentres  # centres of the probe at which no dots are placed, and which trim none
@@ -128,11 +126,8 @@ def roll_probe(
     # DMS drops circles that one sphere covers, so that parts of a sphere without arcs are accessible
     whole = np.full(len(radii), exact)
     whole[rolling.pair] = False
-    probe_cells = sort_into_cells(at_least_one_probe(rolling.probes), probe)
-    left_out = no_enclosed_centres(rolling)
-    return RolledProbe(
-        xyz[0], by_position, radii, rolling, blockers, whole, probe_cells, probe, exact, left_out
-    )
+    probes, left_out = sort_into_grid(rolling.probes, probe), no_enclosed_centres(rolling)
+    return RolledProbe(xyz[0], by_position, radii, rolling, blockers, whole, probes, probe, exact, left_out)
 
 
 def lattice_spacing(density: float) -> float:
@@ -158,7 +153,7 @@ def place_dots(rolled: RolledProbe, density: float) -> Dots:
     )
     uncounted, nowhere = Dots.empty(0), np.zeros(3)
     _saddle_dots(*strips, n_saddle, nowhere, rolled.by_position, uncounted)
-    owners, share = _count_concave_dots(rolling, rolled.probe_cells, unit, probe, exact, left_out, n_concave)
+    owners, share = _count_concave_dots(rolling, rolled.probes, unit, probe, exact, left_out, n_concave)
     concave_area = 4 * math.pi * probe**2 / max(len(unit), 1)
     if exact:
         contact_area, concave_area = _exact_areas(
@@ -293,11 +288,6 @@ def _templates(radii: np.ndarray, spacing: float) -> Templates:
     parts = [sphere_template(float(radius), spacing) for radius in distinct]
     first = np.concatenate([[0], np.cumsum([len(part) for part in parts])])
     return Templates(np.concatenate(parts), first, template.astype(np.int64))
-
-
-def at_least_one_probe(probes: np.ndarray) -> np.ndarray:
-    """Return the centres of probes (P, 3), or a distant one where there is none, since cells need a point."""
-    return probes if len(probes) else np.full((1, 3), 1e9)
 
 
 @njit(cache=True, nogil=True)
@@ -473,7 +463,7 @@ def _saddle_dots(
 @njit(cache=True, nogil=True)
 def _count_concave_dots(
     rolling: Rolling,
-    probe_cells: Cells,
+    probes: Grid,
     units: np.ndarray,
     probe: float,
     exact: bool,
@@ -508,7 +498,7 @@ def _count_concave_dots(
             # Only points beyond that plane can lie inside another probe
             beyond = probe * dot(n, unit) > h
             within = probe - INSIDE_TOLERANCE
-            if exact and beyond and _inside_other(position, q, rolling, probe_cells, within, left_out):
+            if exact and beyond and _inside_other(position, q, rolling, probes, within, left_out):
                 n_inside += 1
                 continue
             owner = 0
@@ -548,23 +538,21 @@ def _concave_dots(
 
 @njit(cache=True, nogil=True)
 def _inside_other(
-    position: Vector, q: int, rolling: Rolling, probe_cells: Cells, within: float, left_out: EnclosedCentres
+    position: Vector, q: int, rolling: Rolling, probes: Grid, within: float, left_out: EnclosedCentres
 ) -> bool:
     """Return whether an accessible centre other than fixed probe q is nearer than `within`; fixed probes are tested first."""
-    for c in range(9):
-        slot, last = cell_column(probe_cells, position, c)
-        while slot < len(probe_cells.key) and probe_cells.key[slot] <= last:
-            k = probe_cells.order[slot]
-            slot += 1
-            near = squared_distance(point(rolling.probes, k), position) < within**2
+    columns = columns_around(probes.lattice, position, probes.lattice.side)
+    for c in range(columns.n):
+        for p in in_column(probes.start, columns, c):
+            k = probes.dot[p]
+            near = squared_distance(point(probes.xyz, p), position) < within**2
             if near and k != q and not left_out.probes[k]:
                 return True
-    atoms, cells = rolling.atoms, rolling.cells
-    for c in range(9):
-        slot, last = cell_column(cells, position, c)
-        while slot < len(cells.key) and cells.key[slot] <= last:
-            k = cells.order[slot]
-            slot += 1
+    atoms, grid = rolling.atoms, rolling.grid
+    columns = columns_around(grid.lattice, position, grid.lattice.side)
+    for c in range(columns.n):
+        for p in in_column(grid.start, columns, c):
+            k = grid.dot[p]
             centre, reach = point(atoms.centre, k), atoms.reach[k]
             w = subtract(position, centre)
             d = math.sqrt(dot(w, w))

@@ -14,7 +14,7 @@ import numpy as np
 
 from sparsurf.kernels import njit
 from sparsurf.surfaces.components import are_accessible, enclosed_centres
-from sparsurf.surfaces.dot_placement import at_least_one_probe
+from sparsurf.surfaces.grid import Grid, columns_around, in_column, sort_into_grid
 from sparsurf.surfaces.rolling_probe import (
     ARC_RADIUS,
     E1,
@@ -32,14 +32,11 @@ from sparsurf.surfaces.rolling_probe import (
 )
 from sparsurf.surfaces.surface import CONCAVE, CONTACT, SADDLE
 from sparsurf.surfaces.vectors import (
-    Cells,
     Vector,
     add_scaled,
-    cell_column,
     cross,
     dot,
     point,
-    sort_into_cells,
     squared_distance,
     subtract,
     vector_at,
@@ -87,10 +84,10 @@ def exact_distance(
     rolling, probe = rolled.rolled.rolling, rolled.rolled.probe
     enclosed = enclosed_centres(rolling) if rolled.cavities == "remove" else no_enclosed_centres(rolling)
     positions = np.asarray(points, float) - rolled.rolled.origin
-    cells = sort_into_cells(rolling.atoms.centre, rolling.atoms.reach.max() + probe)
+    grid = sort_into_grid(rolling.atoms.centre, rolling.atoms.reach.max() + probe)
     height = np.empty(len(positions))
     parallel_map(
-        lambda a, b: _write_heights(positions[a:b], rolling, enclosed, cells, height[a:b]),
+        lambda a, b: _write_heights(positions[a:b], rolling, enclosed, grid, height[a:b]),
         len(positions),
         threads,
         POSITIONS_PER_TASK,
@@ -116,11 +113,11 @@ def distance_of_dots(
     rolling, probe = rolled.rolled.rolling, rolled.rolled.probe
     enclosed = enclosed_centres(rolling) if rolled.cavities == "remove" else no_enclosed_centres(rolling)
     positions, normals = np.asarray(points, float) - rolled.rolled.origin, np.ascontiguousarray(normals)
-    cells = sort_into_cells(rolling.atoms.centre, rolling.atoms.reach.max() + ROUNDING_OF_TOUCH)
+    grid = sort_into_grid(rolling.atoms.centre, rolling.atoms.reach.max() + ROUNDING_OF_TOUCH)
     lies_on = np.empty(len(positions), bool)
     parallel_map(
         lambda a, b: _write_lies_on(
-            positions[a:b], normals[a:b], probe, rolling, enclosed, cells, lies_on[a:b]
+            positions[a:b], normals[a:b], probe, rolling, enclosed, grid, lies_on[a:b]
         ),
         len(positions),
         threads,
@@ -138,7 +135,7 @@ def _write_lies_on(
     probe: float,
     rolling: Rolling,
     enclosed: EnclosedCentres,
-    cells: Cells,
+    grid: Grid,
     lies_on: np.ndarray,
 ) -> None:
     """Write for each dot of a slice whether its probe proves that it lies on the surface.
@@ -153,14 +150,12 @@ def _write_lies_on(
     for n in range(len(positions)):
         inward = add_scaled((0.0, 0.0, 0.0), -probe, point(normals, n))
         place, m, is_free = subtract(point(positions, n), inward), 0, True
-        for c in range(9):
-            slot, last = cell_column(cells, place, c)
-            while is_free and slot < len(cells.key) and cells.key[slot] <= last:
-                k = cells.order[slot]
-                slot += 1
-                d2 = squared_distance(point(centre, k), place)
+        columns = columns_around(grid.lattice, place, grid.lattice.side)
+        for c in range(columns.n):
+            for q in in_column(grid.start, columns, c):
+                k, d2 = grid.dot[q], squared_distance(point(grid.xyz, q), place)
                 if d2 < (reach[k] + ROUNDING_OF_TOUCH) ** 2:
-                    is_free = d2 > (reach[k] - ROUNDING_OF_TOUCH) ** 2
+                    is_free &= d2 > (reach[k] - ROUNDING_OF_TOUCH) ** 2
                     if m < 3:
                         touched[m] = k
                     m += 1
@@ -200,21 +195,20 @@ def _is_in_hull(inward: Vector, place: Vector, centre: np.ndarray, touched: np.n
 
 @njit(cache=True, nogil=True)
 def _write_heights(
-    positions: np.ndarray, rolling: Rolling, enclosed: EnclosedCentres, cells: Cells, heights: np.ndarray
+    positions: np.ndarray, rolling: Rolling, enclosed: EnclosedCentres, grid: Grid, heights: np.ndarray
 ) -> None:
     """Write the height of each position of a slice over the spheres of centres, below 0 where no probe's centre can be.
 
     The way from a position in no sphere to the nearest sphere is free, so that the nearest place there tells about cavities.
     """
     centre, reach = rolling.atoms.centre, rolling.atoms.reach
-    certain = cells.size - reach.max()  # no sphere outside of the cells around is nearer than this
+    certain = grid.lattice.side - reach.max()  # no sphere beyond the side of the grid is nearer than this
     for n in range(len(positions)):
         position, nearest, height = point(positions, n), -1, certain
-        for c in range(9):
-            slot, last = cell_column(cells, position, c)
-            while slot < len(cells.key) and cells.key[slot] <= last:
-                k = cells.order[slot]
-                slot += 1
+        columns = columns_around(grid.lattice, position, grid.lattice.side)
+        for c in range(columns.n):
+            for q in in_column(grid.start, columns, c):
+                k = grid.dot[q]
                 above = math.sqrt(squared_distance(point(centre, k), position)) - reach[k]
                 if above < height:
                     nearest, height = k, above
@@ -245,17 +239,16 @@ def nearest_centres(
     """
     n = len(positions)
     gap, centres, kind, atom = np.empty(n), np.zeros((n, 3)), np.zeros(n, np.int8), np.zeros(n, np.int64)
-    probe_cells = sort_into_cells(at_least_one_probe(rolling.probes), limit)
-    exposed = _exposed_atoms(rolling)
-    atom_cells = sort_into_cells(rolling.atoms.centre[exposed], rolling.atoms.reach.max() + limit)
-    atom_cells = atom_cells._replace(order=exposed[atom_cells.order])
+    probes, exposed = sort_into_grid(rolling.probes, limit), _exposed_atoms(rolling)
+    atoms = sort_into_grid(rolling.atoms.centre[exposed], rolling.atoms.reach.max() + limit)
+    atoms = atoms._replace(dot=exposed[atoms.dot].astype(np.int32))
     parallel_map(
         lambda a, b: _search_centres(
             positions[a:b],
             rolling,
             enclosed,
-            probe_cells,
-            atom_cells,
+            probes,
+            atoms,
             limit,
             gap[a:b],
             centres[a:b],
@@ -282,8 +275,8 @@ def _search_centres(
     positions: np.ndarray,
     rolling: Rolling,
     enclosed: EnclosedCentres,
-    probe_cells: Cells,
-    atom_cells: Cells,
+    probes: Grid,
+    atoms: Grid,
     limit: float,
     gap: np.ndarray,
     centres: np.ndarray,
@@ -297,24 +290,17 @@ def _search_centres(
     for n in range(len(positions)):
         position, best, nearest = point(positions, n), limit * limit, (0.0, 0.0, 0.0)
         source = -1  # the fixed probe, the arc or the atom
-        for c in range(9):
-            slot, last = cell_column(probe_cells, position, c)
-            while slot < len(probe_cells.key) and probe_cells.key[slot] <= last:
-                k = probe_cells.order[slot]
-                slot += 1
-                if (
-                    k == len(rolling.probes) or enclosed.probes[k]
-                ):  # `at_least_one_probe` adds one where there is none
-                    continue
-                if squared_distance(point(rolling.probes, k), position) < best:
-                    nearest, kind[n], source = point(rolling.probes, k), CONCAVE, k
-                    best = squared_distance(nearest, position)
+        columns = columns_around(probes.lattice, position, limit)
+        for c in range(columns.n):
+            for q in in_column(probes.start, columns, c):
+                k, d2 = probes.dot[q], squared_distance(point(probes.xyz, q), position)
+                if d2 < best and not enclosed.probes[k]:
+                    nearest, kind[n], source, best = point(probes.xyz, q), CONCAVE, k, d2
         root = math.sqrt(best)
-        for c in range(9):
-            slot, last = cell_column(atom_cells, position, c)
-            while slot < len(atom_cells.key) and atom_cells.key[slot] <= last:
-                k = atom_cells.order[slot]
-                slot += 1
+        columns = columns_around(atoms.lattice, position, atoms.lattice.side)
+        for c in range(columns.n):
+            for q in in_column(atoms.start, columns, c):
+                k = atoms.dot[q]
                 centre, reach = point(rolling.atoms.centre, k), rolling.atoms.reach[k]
                 w = subtract(position, centre)
                 d2 = dot(w, w)

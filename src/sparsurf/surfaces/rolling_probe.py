@@ -18,16 +18,14 @@ from typing import NamedTuple
 import numpy as np
 
 from sparsurf.kernels import njit
+from sparsurf.surfaces.grid import Grid, columns_around, in_column, sort_into_grid
 from sparsurf.surfaces.vectors import (
-    Cells,
     Vector,
     add_scaled,
-    cell_column,
     cross,
     dot,
     doubled,
     point,
-    sort_into_cells,
     squared_distance,
     subtract,
     vector_at,
@@ -53,7 +51,7 @@ class Rolling(NamedTuple):
     """All positions where the probe touches at least two atoms."""
 
     atoms: RolledAtoms
-    cells: Cells  # of the atoms
+    grid: Grid  # of the atoms; spheres that overlap are at most its side apart
     arcs: np.ndarray  # (B, 17) float64, columns above
     pair: np.ndarray  # (B, 2) int64, i < j, ascending i
     first_arc: np.ndarray  # (A + 1,) int64, arcs whose lower atom is i: first_arc[i]:first_arc[i + 1]
@@ -79,15 +77,15 @@ def roll(
     Where a probe was rolled over some of the atoms `before`, which are those at `place`, ascending, only the others and the atoms
     that overlap with them are visited: the arcs of two atoms are stored with the lower one, and cut by its neighbours alone.
     """
-    n, cells = len(centre), sort_into_cells(centre, 2 * reach.max())
+    n, grid = len(centre), sort_into_grid(centre, 2 * reach.max())
     if before is None or place is None:
-        before, place = nothing_rolled(cells), np.empty(0, np.int64)
+        before, place = nothing_rolled(grid), np.empty(0, np.int64)
     old = np.full(n, -1)
     old[place] = np.arange(len(place))
     visited = old < 0
     if len(place):
-        _mark_overlapping(centre, reach, cells, np.flatnonzero(visited), visited)
-    near = _overlaps(centre, reach, cells, visited, old, place, before.atoms.start, before.atoms.near)
+        _mark_overlapping(centre, reach, grid, np.flatnonzero(visited), visited)
+    near = _overlaps(centre, reach, grid, visited, old, place, before.atoms.start, before.atoms.near)
     atoms = RolledAtoms(centre, reach, *near)
     arcs, pair, probes, ends = _arcs(atoms, visited)
     old_pair, old_triple = place[before.pair], place[before.triple]
@@ -101,29 +99,28 @@ def roll(
     probes = np.concatenate([before.probes[probes_stay], probes[by_position]])
     order = np.argsort(triple[:, 0], kind="stable")
     first_arc = np.searchsorted(pair[:, 0], np.arange(n + 1))
-    return Rolling(atoms, cells, arcs, pair, first_arc, probes[order], triple[order])
+    return Rolling(atoms, grid, arcs, pair, first_arc, probes[order], triple[order])
 
 
-def nothing_rolled(cells: Cells) -> Rolling:
+def nothing_rolled(grid: Grid) -> Rolling:
     """Return the arcs and fixed probes of no atoms."""
     atoms = RolledAtoms(np.empty((0, 3)), np.empty(0), np.zeros(1, np.int64), np.empty(0, np.int32))
     pair, triple = np.empty((0, 2), np.int64), np.empty((0, 3), np.int64)
     return Rolling(
-        atoms, cells, np.empty((0, N_ARC_COLUMNS)), pair, np.zeros(1, np.int64), np.empty((0, 3)), triple
+        atoms, grid, np.empty((0, N_ARC_COLUMNS)), pair, np.zeros(1, np.int64), np.empty((0, 3)), triple
     )
 
 
 @njit(cache=True, nogil=True)
 def _mark_overlapping(
-    centre: np.ndarray, reach: np.ndarray, cells: Cells, new: np.ndarray, marked: np.ndarray
+    centre: np.ndarray, reach: np.ndarray, grid: Grid, new: np.ndarray, marked: np.ndarray
 ) -> None:
     """Mark the spheres that overlap with new ones."""
     for i in new:
-        for c in range(9):
-            slot, last = cell_column(cells, point(centre, i), c)
-            while slot < len(centre) and cells.key[slot] <= last:
-                k = cells.order[slot]
-                slot += 1
+        columns = columns_around(grid.lattice, point(centre, i), grid.lattice.side)
+        for c in range(columns.n):
+            for q in in_column(grid.start, columns, c):
+                k = grid.dot[q]
                 if squared_distance(point(centre, k), point(centre, i)) < (reach[i] + reach[k]) ** 2:
                     marked[k] = True
 
@@ -132,7 +129,7 @@ def _mark_overlapping(
 def _overlaps(
     centre: np.ndarray,
     reach: np.ndarray,
-    cells: Cells,
+    grid: Grid,
     visited: np.ndarray,
     old: np.ndarray,
     place: np.ndarray,
@@ -145,13 +142,10 @@ def _overlaps(
     near, total = np.empty((64 * n, 1), np.int32), 0
     distance = np.empty((256, 1))
     for i in range(n):
-        m = 0
-        for c in range(9 if visited[i] else 0):
-            slot, last = cell_column(cells, point(centre, i), c)
-            while slot < n and cells.key[slot] <= last:
-                k = cells.order[slot]
-                slot += 1
-                d2 = squared_distance(point(centre, k), point(centre, i))
+        m, columns = 0, columns_around(grid.lattice, point(centre, i), grid.lattice.side)
+        for c in range(columns.n if visited[i] else 0):
+            for q in in_column(grid.start, columns, c):
+                k, d2 = grid.dot[q], squared_distance(point(grid.xyz, q), point(centre, i))
                 if k == i or d2 >= (reach[i] + reach[k]) ** 2:
                     continue
                 if total + m == len(near):

@@ -27,6 +27,7 @@ from sparsurf.kernels import njit
 from sparsurf.shown import Shown
 from sparsurf.surfaces.components import joined_arcs, label_centres, set_of_arcs
 from sparsurf.surfaces.dot_placement import checked_spheres, relative_positions
+from sparsurf.surfaces.grid import Grid, columns_around, in_column, sort_into_grid
 from sparsurf.surfaces.rolling_probe import (
     ARC_RADIUS,
     E1,
@@ -42,7 +43,7 @@ from sparsurf.surfaces.rolling_probe import (
 )
 from sparsurf.surfaces.spheres import Spheres
 from sparsurf.surfaces.surface import Placement, Rules, Surface
-from sparsurf.surfaces.vectors import Cells, cell_column, point, sort_into_cells, squared_distance, vector_at
+from sparsurf.surfaces.vectors import point, squared_distance, vector_at
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -292,8 +293,8 @@ def _are_near(arcs: np.ndarray, chosen: np.ndarray, positions: np.ndarray, dista
     """Return whether each of the chosen arcs passes nearer than a distance to one of the positions, (n,) bool."""
     if not len(positions) or not len(chosen):
         return np.zeros(len(chosen), bool)
-    cells = sort_into_cells(positions, distance + arcs[chosen, ARC_RADIUS].max())
-    return _pass_near(arcs, chosen, positions, cells, distance)
+    grid = sort_into_grid(positions, distance + arcs[chosen, ARC_RADIUS].max())
+    return _pass_near(arcs, chosen, grid, distance)
 
 
 def _touched_atoms(positions: _Positions, n_atoms: int) -> np.ndarray:
@@ -380,19 +381,15 @@ def _are_free(atoms: RolledAtoms, spheres: np.ndarray) -> np.ndarray:
 
 
 @njit(cache=True, nogil=True)
-def _pass_near(
-    arcs: np.ndarray, chosen: np.ndarray, positions: np.ndarray, cells: Cells, distance: float
-) -> np.ndarray:
+def _pass_near(arcs: np.ndarray, chosen: np.ndarray, grid: Grid, distance: float) -> np.ndarray:
     """Return `_are_near`; the cells of the positions are as wide as the distance and an arc."""
     near = np.zeros(len(chosen), np.bool_)
     for a in range(len(chosen)):
         arc = arcs[chosen[a]]
-        for c in range(9):
-            slot, last = cell_column(cells, vector_at(arc, T), c)
-            while slot < len(cells.key) and cells.key[slot] <= last and not near[a]:
-                position = point(positions, cells.order[slot])
-                near[a] = squared_distance_to_arc(position, arc) < distance * distance
-                slot += 1
+        columns = columns_around(grid.lattice, vector_at(arc, T), grid.lattice.side)
+        for c in range(columns.n):
+            for q in in_column(grid.start, columns, c):
+                near[a] |= squared_distance_to_arc(point(grid.xyz, q), arc) < distance * distance
     return near
 
 

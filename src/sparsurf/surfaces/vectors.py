@@ -1,9 +1,6 @@
-"""Tools that the kernels of the molecular surface share: vectors as tuples, growing arrays, points sorted into cubes."""
+"""Tools that the kernels of the molecular surface share: vectors as tuples, and growing arrays."""
 
 from __future__ import annotations
-
-import math
-from typing import NamedTuple
 
 import numpy as np
 
@@ -62,58 +59,3 @@ def doubled(rows: np.ndarray) -> np.ndarray:
         for k in range(rows.shape[1]):
             longer[i, k] = rows[i, k]
     return longer
-
-
-class Cells(NamedTuple):
-    """Points sorted into cubes that bisection finds, so that memory grows with the points and not with the box."""
-
-    order: np.ndarray  # (N,) int64, points by cube
-    key: np.ndarray  # (N,) int64, ascending number of the cube of each of them
-    low: np.ndarray  # (3,) float64, corner of the box
-    shape: np.ndarray  # (2,) int64, cubes along y and z
-    size: float  # edge of a cube
-
-
-def sort_into_cells(points: np.ndarray, size: float) -> Cells:
-    """Sort points (N, 3) into cubes; all within `size` of a position lie in the 3 x 3 x 3 cubes around it."""
-    low = points.min(axis=0)
-    # An empty layer on each side, so that the cubes around a border have numbers of their own
-    cube = ((points - low) / size).astype(np.int64) + 1
-    shape = cube[:, 1:].max(axis=0) + 2
-    key = (cube[:, 0] * shape[0] + cube[:, 1]) * shape[1] + cube[:, 2]
-    order = np.argsort(key, kind="stable")
-    return Cells(order, key[order], low, shape, float(size))
-
-
-def pairs_within(points: np.ndarray, positions: np.ndarray, distance: float) -> tuple[np.ndarray, np.ndarray]:
-    """Find the points (N, 3) within a distance of each position (M, 3): both numbers of each pair, in order, (P,) each."""
-    if len(points) == 0 or len(positions) == 0:
-        return np.zeros(0, np.int64), np.zeros(0, np.int64)
-    cells = sort_into_cells(points, distance)
-    cube = np.floor((positions - cells.low) / distance).astype(np.int64)
-    column = np.array([(a * cells.shape[0] + b) * cells.shape[1] for a in range(3) for b in range(3)])
-    key = ((cube[:, 0] * cells.shape[0] + cube[:, 1]) * cells.shape[1] + cube[:, 2])[:, None] + column
-    first = np.searchsorted(cells.key, key).ravel()
-    n = np.searchsorted(cells.key, key + 2, side="right").ravel() - first
-    position = np.repeat(np.arange(len(positions)), n.reshape(-1, 9).sum(axis=1))
-    point = cells.order[np.arange(n.sum()) + np.repeat(first - np.cumsum(n) + n, n)]
-    near = ((points[point] - positions[position]) ** 2).sum(axis=1) <= distance * distance
-    position, point = position[near], point[near]
-    order = np.lexsort((point, position))
-    return position[order], point[order]
-
-
-@njit(cache=True, nogil=True)
-def cell_column(cells: Cells, position: Vector, c: int) -> tuple[int, int]:
-    """Return the first slot and the last key of column c (0 to 8) of the 3 x 3 x 3 cubes around a position."""
-    a = math.floor((position[0] - cells.low[0]) / cells.size) + c // 3
-    b = math.floor((position[1] - cells.low[1]) / cells.size) + c % 3
-    key = (a * cells.shape[0] + b) * cells.shape[1] + math.floor((position[2] - cells.low[2]) / cells.size)
-    first, last = 0, len(cells.key)
-    while first < last:
-        middle = (first + last) // 2
-        if cells.key[middle] < key:
-            first = middle + 1
-        else:
-            last = middle
-    return first, key + 2

@@ -22,7 +22,7 @@ from sparsurf.dot_fields.registry import compute_fields, hydropathy, label_and_u
 from sparsurf.dot_fields.smoothing import gaussian_mean
 from sparsurf.errors import InputError
 from sparsurf.molecules.molecule import Molecule
-from sparsurf.surfaces.vectors import pairs_within
+from sparsurf.surfaces.grid import pairs_within
 
 PEPTIDE = str(ROOT / "data" / "tdp43" / "topology.pdb")
 LINE = "ATOM  {:5d}  {:<3s} {:3s} A{:4d}    {:8.3f}{:8.3f}{:8.3f}  1.00{:6.2f}           {:1s}\n"

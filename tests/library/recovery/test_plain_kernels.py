@@ -11,11 +11,12 @@ from sparsurf.patches.index import build_grid
 from sparsurf.recovery import neighbours
 from sparsurf.recovery.spheres import atoms, explanations, inside, rebuilding, rolled, votes
 from sparsurf.sampling import touches
+from sparsurf.surfaces import grid
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.surface import Placement, SurfaceOrigin
 
 INDEX = importlib.import_module("sparsurf.patches.index")
-MODULES = (INDEX, neighbours, atoms, explanations, inside, rebuilding, rolled, votes, touches)
+MODULES = (INDEX, grid, neighbours, atoms, explanations, inside, rebuilding, rolled, votes, touches)
 PROBE, WIDTH = 1.4, 0.004
 CENTRES = np.array([[0.0, 0, 0], [2.2, 0.3, 0], [0.4, 2.3, 0.2], [0.2, 0.5, 2.4], [-2.1, 0.2, 0.6]])
 RADII = np.array([1.9, 1.5, 1.4, 1.9, 1.5])

@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sparsurf.kernels import njit
-from sparsurf.patches.index import PatchIndex, build_grid, cells_around, select_separated
+from sparsurf.patches.index import PatchIndex, build_grid, select_separated
 from sparsurf.recovery.spheres.votes import CLOSE, SphereModel
+from sparsurf.surfaces.grid import columns_around, in_column
 from sparsurf.surfaces.vectors import (
     Vector,
     add_scaled,
@@ -132,17 +133,13 @@ def _best_supported(rows: np.ndarray) -> np.ndarray:
 def _touching(probes: PatchIndex, centre: Vector, reach: float, tolerance: float) -> int:
     """Count the probe centres at the distance `reach` from a centre, up to the tolerance; -1 if one is nearer."""
     outer, inner2, outer2, n = reach + tolerance, (reach - tolerance) ** 2, (reach + tolerance) ** 2, 0
-    a0, a1, b0, b1, c0, c1 = cells_around(probes, centre, outer)
-    if c1 < c0:
-        return 0
-    for a in range(a0, a1 + 1):
-        for b in range(b0, b1 + 1):
-            row = (a * probes.shape[1] + b) * probes.shape[2]
-            for q in range(probes.start[row + c0], probes.start[row + c1 + 1]):
-                d2 = squared_distance(point(probes.xyz, q), centre)
-                if d2 <= inner2:
-                    return -1
-                n += 1 if d2 <= outer2 else 0
+    columns = columns_around(probes.lattice, centre, outer)
+    for c in range(columns.n):
+        for q in in_column(probes.start, columns, c):
+            d2 = squared_distance(point(probes.xyz, q), centre)
+            if d2 <= inner2:
+                return -1
+            n += 1 if d2 <= outer2 else 0
     return n
 
 
@@ -233,25 +230,22 @@ def _refine(probes: PatchIndex, atoms: np.ndarray, probe: float, tolerance: floa
         for _ in range(STEPS):
             centre, reach = point(atoms, i), atoms[i, 3] + probe
             s = np.zeros(9)  # xx, xy, xz, yy, yz, zz of the system, and its right side
-            n, outer = 0, reach + MAX_DISTANCE_OF_TOUCH
-            a0, a1, b0, b1, c0, c1 = cells_around(probes, centre, outer)
-            for a in range(a0, a1 + 1):
-                for b in range(b0, b1 + 1):
-                    row = (a * probes.shape[1] + b) * probes.shape[2]
-                    for q in range(probes.start[row + c0], probes.start[row + c1 + 1]):
-                        u, v, w = subtract(centre, point(probes.xyz, q))
-                        d = math.sqrt(u * u + v * v + w * w)
-                        if abs(d - reach) < 2 * tolerance:
-                            u, v, w, n = u / d, v / d, w / d, n + 1
-                            s[0] += u * u
-                            s[1] += u * v
-                            s[2] += u * w
-                            s[3] += v * v
-                            s[4] += v * w
-                            s[5] += w * w
-                            s[6] += u * (reach - d)
-                            s[7] += v * (reach - d)
-                            s[8] += w * (reach - d)
+            n, columns = 0, columns_around(probes.lattice, centre, reach + MAX_DISTANCE_OF_TOUCH)
+            for c in range(columns.n):
+                for q in in_column(probes.start, columns, c):
+                    u, v, w = subtract(centre, point(probes.xyz, q))
+                    d = math.sqrt(u * u + v * v + w * w)
+                    if abs(d - reach) < 2 * tolerance:
+                        u, v, w, n = u / d, v / d, w / d, n + 1
+                        s[0] += u * u
+                        s[1] += u * v
+                        s[2] += u * w
+                        s[3] += v * v
+                        s[4] += v * w
+                        s[5] += w * w
+                        s[6] += u * (reach - d)
+                        s[7] += v * (reach - d)
+                        s[8] += w * (reach - d)
             if n < MIN_TOUCHES:
                 break
             step = _solved(s)
@@ -279,18 +273,14 @@ def _only_atom(
     grid: PatchIndex, radii: np.ndarray, largest: float, centre: Vector, probe: float, tolerance: float
 ) -> int:
     """Return the position of the only atom, of radii up to the largest, that the probe at a centre touches; -1 if not one."""
-    outer, found = largest + probe + 2 * tolerance, -1
-    a0, a1, b0, b1, c0, c1 = cells_around(grid, centre, outer)
-    for a in range(a0, a1 + 1):
-        for b in range(b0, b1 + 1):
-            for c in range(c0, c1 + 1):
-                cell = (a * grid.shape[1] + b) * grid.shape[2] + c
-                for q in range(grid.start[cell], grid.start[cell + 1]):
-                    v = subtract(point(grid.xyz, q), centre)
-                    if abs(math.sqrt(dot(v, v)) - radii[q] - probe) < 2 * tolerance:
-                        if found >= 0:
-                            return -1
-                        found = q
+    found, columns = -1, columns_around(grid.lattice, centre, largest + probe + 2 * tolerance)
+    for c in range(columns.n):
+        for q in in_column(grid.start, columns, c):
+            v = subtract(point(grid.xyz, q), centre)
+            if abs(math.sqrt(dot(v, v)) - radii[q] - probe) < 2 * tolerance:
+                if found >= 0:
+                    return -1
+                found = q
     return found
 
 

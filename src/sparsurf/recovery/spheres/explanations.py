@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sparsurf.kernels import njit
-from sparsurf.patches.index import PatchIndex, build_grid, cells_around, select_separated
+from sparsurf.patches.index import PatchIndex, build_grid, select_separated
 from sparsurf.recovery.spheres.atoms import (
     CANDIDATE_COLUMNS,
     NEIGHBOURS,
@@ -22,7 +22,17 @@ from sparsurf.recovery.spheres.atoms import (
     neighbours,
 )
 from sparsurf.recovery.spheres.votes import SphereModel
-from sparsurf.surfaces.vectors import Vector, add_scaled, cross, dot, point, squared_distance, subtract
+from sparsurf.surfaces.grid import columns_around, in_column
+from sparsurf.surfaces.vectors import (
+    Vector,
+    add_scaled,
+    cross,
+    dot,
+    doubled,
+    point,
+    squared_distance,
+    subtract,
+)
 
 UNEXPLAINED, BY_CONTACT, BY_SADDLE, BY_THREE = 0, 1, 2, 3
 MAX_TOUCHED = 12  # atoms of one probe that are tried; in general position a probe touches three
@@ -143,27 +153,19 @@ def _touched_atoms(
     probes: np.ndarray, grid: PatchIndex, reach: np.ndarray, outer: float, tolerance: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the lists of `touched_atoms`; `reach` is by position of the grid."""
-    start, touched, n = np.zeros(len(probes) + 1, np.int64), np.empty(4 * len(probes) + 64, np.int64), 0
+    start, touched, n = np.zeros(len(probes) + 1, np.int64), np.empty((4 * len(probes) + 64, 1), np.int64), 0
     for i in range(len(probes)):
         centre = point(probes, i)
-        a0, a1, b0, b1, c0, c1 = cells_around(grid, centre, outer)
-        for a in range(a0, a1 + 1):
-            for b in range(b0, b1 + 1):
-                if c1 < c0:
-                    continue
-                row = (a * grid.shape[1] + b) * grid.shape[2]
-                for q in range(grid.start[row + c0], grid.start[row + c1 + 1]):
-                    d2 = squared_distance(point(grid.xyz, q), centre)
-                    if d2 < outer * outer and abs(math.sqrt(d2) - reach[q]) < tolerance:
-                        if n == len(touched):
-                            longer = np.empty(2 * n, np.int64)
-                            for k in range(n):
-                                longer[k] = touched[k]
-                            touched = longer
-                        touched[n] = grid.dot[q]
-                        n += 1
+        columns = columns_around(grid.lattice, centre, outer)
+        for c in range(columns.n):
+            for q in in_column(grid.start, columns, c):
+                d2 = squared_distance(point(grid.xyz, q), centre)
+                if d2 < outer * outer and abs(math.sqrt(d2) - reach[q]) < tolerance:
+                    touched = touched if n < len(touched) else doubled(touched)
+                    touched[n, 0] = grid.dot[q]
+                    n += 1
         start[i + 1] = n
-    return start, touched[:n].copy()
+    return start, touched[:n, 0].copy()
 
 
 @njit(cache=True, nogil=True)
@@ -269,39 +271,35 @@ def _surplus(place: Vector, reach: float, witnesses: _Witnesses) -> int:
     """
     grid, probes, normals, found, centres, tolerance, angle, distinct = witnesses
     outer, total, n = reach + tolerance, 0, 0
-    a0, a1, b0, b1, c0, c1 = cells_around(grid, place, outer)
-    if c1 < c0:
-        return -1
-    for a in range(a0, a1 + 1):
-        for b in range(b0, b1 + 1):
-            row = (a * grid.shape[1] + b) * grid.shape[2]
-            for q in range(grid.start[row + c0], grid.start[row + c1 + 1]):
-                d2 = squared_distance(point(grid.xyz, q), place)
-                if d2 <= (reach - tolerance) ** 2:
-                    return -1
-                i = grid.dot[q]
-                if d2 >= outer**2 or found.kind[i] != UNEXPLAINED:
-                    continue
-                is_new = True
-                for e in range(n):
-                    if squared_distance(point(distinct, e), point(grid.xyz, q)) < SAME_CENTRE**2:
-                        is_new = False
-                if is_new:
+    columns = columns_around(grid.lattice, place, outer)
+    for c in range(columns.n):
+        for q in in_column(grid.start, columns, c):
+            d2 = squared_distance(point(grid.xyz, q), place)
+            if d2 <= (reach - tolerance) ** 2:
+                return -1
+            i = grid.dot[q]
+            if d2 >= outer**2 or found.kind[i] != UNEXPLAINED:
+                continue
+            is_new = True
+            for e in range(n):
+                if squared_distance(point(distinct, e), point(grid.xyz, q)) < SAME_CENTRE**2:
+                    is_new = False
+            if is_new:
+                total += 1
+                if n < MAX_PROBES_OF_PLACE:
+                    distinct[n, 0], distinct[n, 1], distinct[n, 2] = point(grid.xyz, q)
+                    n += 1
+            to_place = _unit(subtract(place, point(grid.xyz, q)))
+            inward = (-normals[i, 0], -normals[i, 1], -normals[i, 2])
+            across = cross(to_place, inward)
+            if dot(across, across) < angle**2 and dot(to_place, inward) > 0:
+                total += 2
+                continue
+            for slot in range(found.start[i], found.start[i + 1]):
+                to_atom = _unit(subtract(point(centres, found.touched[slot]), point(probes, i)))
+                if _off_plane(to_place, to_atom, inward, MIN_PLANE_OF_NEW) < angle:
                     total += 1
-                    if n < MAX_PROBES_OF_PLACE:
-                        distinct[n, 0], distinct[n, 1], distinct[n, 2] = point(grid.xyz, q)
-                        n += 1
-                to_place = _unit(subtract(place, point(grid.xyz, q)))
-                inward = (-normals[i, 0], -normals[i, 1], -normals[i, 2])
-                across = cross(to_place, inward)
-                if dot(across, across) < angle**2 and dot(to_place, inward) > 0:
-                    total += 2
-                    continue
-                for slot in range(found.start[i], found.start[i + 1]):
-                    to_atom = _unit(subtract(point(centres, found.touched[slot]), point(probes, i)))
-                    if _off_plane(to_place, to_atom, inward, MIN_PLANE_OF_NEW) < angle:
-                        total += 1
-                        break
+                    break
     return total - 3
 
 

@@ -64,7 +64,7 @@ def _solid_angles(
     points: np.ndarray, grid: PatchIndex, first: np.ndarray, middle: np.ndarray, normal: np.ndarray
 ) -> np.ndarray:
     """Return the sum over the dots of (dot - point) . normal / distance^3 at each point."""
-    out, far2 = np.empty(len(points)), (FAR * grid.side) ** 2
+    out, far2 = np.empty(len(points)), (FAR * grid.lattice.side) ** 2
     for i in range(len(points)):
         total = 0.0
         x, y, z = points[i, 0], points[i, 1], points[i, 2]

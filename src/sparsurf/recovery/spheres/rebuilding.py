@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sparsurf.kernels import njit
-from sparsurf.patches.index import PatchIndex, ball, build_grid, cells_around, select_separated
+from sparsurf.patches.index import PatchIndex, ball, build_grid, select_separated
 from sparsurf.recovery.interpolated_surface import MIN_INTERPOLATED, NEWTON_STEPS, REACH, interpolate_surface
 from sparsurf.recovery.spheres.atoms import Atoms, infer
 from sparsurf.recovery.spheres.explanations import UNEXPLAINED, completed, explain, touched_atoms
@@ -23,6 +23,7 @@ from sparsurf.recovery.spheres.inside import Inside
 from sparsurf.recovery.spheres.rolled import RolledSurface, rolled_surface
 from sparsurf.recovery.spheres.votes import SphereModel, model_of
 from sparsurf.surfaces.dot_placement import Dots
+from sparsurf.surfaces.grid import columns_around, in_column
 from sparsurf.surfaces.spacing import DENSITY, estimated_areas, nearest_distances
 from sparsurf.surfaces.surface import CONTACT
 from sparsurf.surfaces.vectors import dot, point, squared_distance
@@ -343,16 +344,12 @@ def _write_nearest_facing(
         found = -1
         for within in (NEARER * radius, radius):
             best = within * within
-            a0, a1, b0, b1, c0, c1 = cells_around(index, centre, within)
-            for a in range(a0, a1 + 1):
-                for b in range(b0, b1 + 1):
-                    if c1 < c0:
-                        continue
-                    row = (a * index.shape[1] + b) * index.shape[2]
-                    for q in range(index.start[row + c0], index.start[row + c1 + 1]):
-                        d2 = squared_distance(point(index.xyz, q), centre)
-                        if d2 < best and dot(normal, point(index.normals, q)) > cosine:
-                            best, found = d2, q
+            columns = columns_around(index.lattice, centre, within)
+            for c in range(columns.n):
+                for q in in_column(index.start, columns, c):
+                    d2 = squared_distance(point(index.xyz, q), centre)
+                    if d2 < best and dot(normal, point(index.normals, q)) > cosine:
+                        best, found = d2, q
             if found >= 0:
                 break
         out[i] = found

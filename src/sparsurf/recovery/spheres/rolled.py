@@ -13,11 +13,12 @@ from typing import NamedTuple
 import numpy as np
 
 from sparsurf.kernels import njit
-from sparsurf.patches.index import PatchIndex, build_grid, cells_around, select_separated
+from sparsurf.patches.index import PatchIndex, build_grid, select_separated
 from sparsurf.recovery.spheres.explanations import touched_atoms
 from sparsurf.recovery.spheres.inside import Inside
 from sparsurf.surfaces.components import centres_apart_from
 from sparsurf.surfaces.dot_placement import Dots, RolledProbe, place_dots, roll_probe
+from sparsurf.surfaces.grid import columns_around, in_column
 from sparsurf.surfaces.molecular_surface import lattice_of_density
 from sparsurf.surfaces.vectors import point, squared_distance
 
@@ -124,16 +125,14 @@ def _are_near(grid: PatchIndex, points: np.ndarray, distance: float) -> np.ndarr
     for i in range(len(points)):
         centre = point(points, i)
         for within in (0.5 * distance, distance):  # most have one nearby
-            a0, a1, b0, b1, c0, c1 = cells_around(grid, centre, within)
-            for a in range(a0, a1 + 1):
-                for b in range(b0, b1 + 1):
-                    if near[i] or c1 < c0:
+            columns = columns_around(grid.lattice, centre, within)
+            for c in range(columns.n):
+                for q in in_column(grid.start, columns, c):
+                    if squared_distance(point(grid.xyz, q), centre) < within * within:
+                        near[i] = True
                         break
-                    row = (a * grid.shape[1] + b) * grid.shape[2]
-                    for q in range(grid.start[row + c0], grid.start[row + c1 + 1]):
-                        if squared_distance(point(grid.xyz, q), centre) < within * within:
-                            near[i] = True
-                            break
+                if near[i]:
+                    break
             if near[i]:
                 break
     return near
