@@ -31,7 +31,7 @@ def reasons_of(xyz: np.ndarray, radii: np.ndarray) -> dict[str, float]:
     """
     frame = roll_spheres(xyz, radii, PROBE_RADIUS)
     surface = frame.surface(DENSITY)
-    rolling = frame.rolled.rolling
+    rolling = frame.rolling
     exposed = len(np.unique(surface.atom[surface.kind == CONTACT]))
     pairs = cKDTree(surface.points).query_pairs(CREASE, output_type="ndarray")
     turns = np.einsum("ij,ij->i", surface.normals[pairs[:, 0]], surface.normals[pairs[:, 1]]) < MAX_COSINE

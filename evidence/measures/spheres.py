@@ -134,7 +134,7 @@ def errors_both_ways(
     They are exact if the spheres below the independent dots are known, `true`; else from planes of the nearest dots.
     """
     there = distance_to_surface(test[0], points, normals, true=true)
-    exact = true is not None and true.rolled.exact
+    exact = true is not None and true.exact
     back = np.abs(exact_distance(points, true)) if exact else distance_to_surface(points, *test)
     errors = [there.mean(), np.quantile(there, TAIL_QUANTILE), there.max()]
     errors += [np.quantile(back, TAIL_QUANTILE), back.max()]

@@ -416,7 +416,7 @@ def _contacts_of_frame(frame: FrameSurface, partners: Partners) -> np.ndarray:
     """Return residue, partner and the area that the partner buries of it, (m, 3), in one frame."""
     if len(partners.names) == 1:
         return np.zeros((0, 3))
-    atom, partner, buried = contacts_of_rolled(frame.rolled.rolled, frame.rolled.kept, partners.number)
+    atom, partner, buried = contacts_of_rolled(frame.rolled, partners.number)
     return sums_of_contacts(frame.molecule.residue_index[atom], partner, buried)
 
 
@@ -447,10 +447,9 @@ def residues_of_frame(
     if not {*EXACT_AREAS}.isdisjoint(columns):
         partners = partners_of_request(molecule, request) if partners is None else partners
         # the probe rolls over one of several atoms in one place
-        if len(frame.rolled.kept) < molecule.n_atoms:
+        if len(frame.rolled.atom) < molecule.n_atoms:
             refuse_overlapping_partners(molecule, partners, xyz)
-        rolled = frame.rolled.rolled, frame.rolled.kept, frame.rolled.cavities
-        areas = areas_of_rolled(*rolled, partners.number)
+        areas = areas_of_rolled(frame.rolled, partners.number)
         for name in ("accessible", "buried"):
             table[name] = np.bincount(molecule.residue_index, getattr(areas, name), len(table))
         table["relative"] = table["accessible"] / maximal_areas(table["residue_name"].to_numpy(str))

@@ -22,7 +22,8 @@ from sparsurf.version import __version__
 if TYPE_CHECKING:
     import numpy as np
 
-    from sparsurf.surfaces.mesh import Mesh, RolledSpheres
+    from sparsurf.surfaces.dot_placement import Rolled
+    from sparsurf.surfaces.mesh import Mesh
     from sparsurf.surfaces.rolling_probe import EnclosedCentres
     from sparsurf.surfaces.surface import Surface
 
@@ -161,10 +162,11 @@ def _run(given: dict[str, str]) -> None:
     from sparsurf.api.surfaces import mesh, surface
     from sparsurf.api.writing import write_file
     from sparsurf.kernel_cache import require_kernel_cache
-    from sparsurf.surfaces.components import analytical_faces
+    from sparsurf.surfaces.components import analytical_faces, centres_of_cavities
     from sparsurf.surfaces.decimation import sized_mesh
+    from sparsurf.surfaces.dot_placement import roll_checked
     from sparsurf.surfaces.formats import msms as files
-    from sparsurf.surfaces.mesh import RolledSpheres, cavity_mesh, widest_step
+    from sparsurf.surfaces.mesh import cavity_mesh, widest_step
     from sparsurf.surfaces.spheres import Spheres, read_spheres
 
     _refuse_replacing(given, [given[name] + suffix for name, suffix in OUTPUTS if name in given])
@@ -186,8 +188,8 @@ def _run(given: dict[str, str]) -> None:
     outside = True
     cavities: list[EnclosedCentres] = []
     if "all_components" in given or "one_cavity" in given:
-        rolled = RolledSpheres.of(spheres.xyz, spheres.radii, probe)
-        cavities = sorted(rolled.cavities(), key=lambda cavity: -int(cavity.probes.sum()))
+        rolled = roll_checked(*pair, probe, in_order=True)
+        cavities = sorted(centres_of_cavities(rolled.rolling), key=lambda cavity: -int(cavity.probes.sum()))
         if "one_cavity" in given:
             cavities = _cavity_at(given["one_cavity"], cavities, rolled, n)
             outside = not cavities
@@ -236,7 +238,7 @@ def _refuse_replacing(given: dict[str, str], files: Sequence[str]) -> None:
 
 
 def _cavity_at(
-    request: str, cavities: Sequence[EnclosedCentres], rolled: RolledSpheres, n: int
+    request: str, cavities: Sequence[EnclosedCentres], rolled: Rolled, n: int
 ) -> list[EnclosedCentres]:
     """Return the largest cavity in which a fixed probe touches all of some atoms; none if only the outside has such a probe."""
     number, *atoms = request.split()
@@ -245,7 +247,7 @@ def _cavity_at(
     wrong = next((word for word in atoms if not (word.isdecimal() and int(word) < n)), None)
     if wrong is not None:
         raise InputError(f"-one_cavity names atom {wrong!r}; the atoms are numbered from 0 to {n - 1}.")
-    triple = rolled.kept[rolled.rolling.triple]
+    triple = rolled.atom[rolled.rolling.triple]
     touches = (triple[:, :, None] == [int(word) for word in atoms]).any(axis=1).all(axis=1)
     if not touches.any():
         raise InputError(f"-one_cavity: no probe touches the atoms {', '.join(atoms)}; name others.")

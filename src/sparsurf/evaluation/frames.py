@@ -54,7 +54,7 @@ class FrameSurface:
     @cached_property
     def areas_by_kind(self) -> np.ndarray | None:
         """Exact areas of the atoms by kind, (A, 3), Å^2; None for dots that are placed as DMS places them."""
-        return self.rolled.areas_by_kind(self.molecule.n_atoms) if self.rolled.rolled.exact else None
+        return self.rolled.areas_by_kind(self.molecule.n_atoms) if self.rolled.exact else None
 
     @property
     def columns(self) -> dict[str, float]:

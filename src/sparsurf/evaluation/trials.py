@@ -152,7 +152,7 @@ class Trials:
             dense.normals[::BACK_EVERY],
             self.prepared.threads,
         )
-        if self.rolled is None or not self.rolled.rolled.exact:
+        if self.rolled is None or not self.rolled.exact:
             test = self.test_surface or self.prepared.surface
             return distance_to_surface(points, test.points, test.normals, threads)
         return distance_of_dots(points, normals, self.rolled, threads)
@@ -163,7 +163,7 @@ class Trials:
         That of the last subset is kept.
         """
         if self._reconstructed is None or not np.array_equal(self._reconstructed[0], dots):
-            prepared, is_exact = self.prepared, self.rolled is not None and self.rolled.rolled.exact
+            prepared, is_exact = self.prepared, self.rolled is not None and self.rolled.exact
             density = comparable_density(prepared.density, prepared.patches.d_link)
             of_spheres = DENSITY_FOR_EXACT_ERRORS if is_exact else DENSITY_FOR_SPHERES
             found = reconstruct_twice(self.few(dots), density, self.model, prepared.threads, of_spheres)

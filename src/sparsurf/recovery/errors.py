@@ -48,7 +48,7 @@ def distance_to_surface(
     index = build_grid(surface_points, side=CELL)
     points = np.ascontiguousarray(points, float)
     nearest, distance = nearest_dots(index, points, FIRST_REACH, threads=threads)
-    if true is not None and true.rolled.exact:
+    if true is not None and true.exact:
         used, place = np.unique(nearest, return_inverse=True)  # points between few dots share the nearest one
         height = distance_of_dots(surface_points[used], surface_normals[used], true, threads)[place]
     else:

@@ -20,15 +20,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sparsurf.arguments import Cavities
 from sparsurf.kernels import njit
-from sparsurf.surfaces.components import enclosed_centres
+from sparsurf.surfaces.components import enclosed_of
 from sparsurf.surfaces.dot_placement import (
-    RolledProbe,
+    Rolled,
     band_area,
     bands,
-    checked_spheres,
-    relative_positions,
+    roll_checked,
 )
 from sparsurf.surfaces.grid import Grid, columns_around, in_column, sort_into_grid
 from sparsurf.surfaces.rolling_probe import (
@@ -81,50 +79,35 @@ def areas_of_spheres(
     xyz: np.ndarray, radii: np.ndarray, probe: float, chain: np.ndarray, with_excluded: bool = True
 ) -> AtomAreas:
     """Compute the areas of spheres at `xyz` (A, 3) with `radii`, Å, which belong to the chains `chain` (A,)."""
-    xyz, radii, kept = checked_spheres(xyz, radii, probe)
-    rolling = roll(np.add(*relative_positions(xyz)), radii + probe)
-    areas = _areas_of_rolling(rolling, kept, chain)
+    rolled = roll_checked(xyz, radii, probe, in_order=True)
+    areas = areas_of_rolled(rolled, chain)
     if with_excluded:
-        everywhere = no_enclosed_centres(rolling)
-        by_kind = _areas_by_kind(rolling, areas.accessible[kept], probe, everywhere)
-        areas.excluded[kept] = by_kind.sum(axis=1)
+        areas.excluded[:] = areas_by_kind(rolled, len(chain)).sum(axis=1)
     return areas
 
 
-def areas_of_rolled(
-    rolled: RolledProbe, atom: np.ndarray, cavities: Cavities, chain: np.ndarray
-) -> AtomAreas:
+def areas_of_rolled(rolled: Rolled, chain: np.ndarray) -> AtomAreas:
     """Compute the areas of atoms of the chains `chain` (A,) on a probe that is rolled already, without the excluded ones.
 
-    `atom` (K,) are the numbers of the atoms over which the probe was rolled. Where walls of cavities are removed, they are no
-    part of the accessible area.
+    Where walls of cavities are removed, they are no part of the accessible area.
     """
-    rolling, atom = rolled.rolling, atom[rolled.by_position]
-    areas = _areas_of_rolling(rolling, atom, chain)
-    if cavities == "remove":
-        areas.accessible[atom] = accessible_areas(rolling, enclosed_centres(rolling))
+    rolling, atom, areas = rolled.rolling, rolled.atom, AtomAreas(*np.zeros((3, len(chain))))
+    accessible = accessible_areas(rolling, no_enclosed_centres(rolling))
+    areas.buried[atom] = _buried_areas(rolling, accessible, chain[atom])
+    if rolled.cavities == "remove":
+        accessible = accessible_areas(rolling, enclosed_of(rolled))
+    areas.accessible[atom] = accessible
     return areas
 
 
-def areas_by_kind(rolled: RolledProbe, atom: np.ndarray, cavities: Cavities, n_atoms: int) -> np.ndarray:
+def areas_by_kind(rolled: Rolled, n_atoms: int) -> np.ndarray:
     """Compute the contact, saddle and concave area of each atom, (A, 3), Å^2, of the surface on which dots are placed.
 
-    The columns are in the order of the kinds of dots, and an area belongs to the atom to which dots at its place belong. `atom`
-    (K,) are the numbers of the atoms over which the probe was rolled.
+    The columns are in the order of the kinds of dots, and an area belongs to the atom to which dots at its place belong.
     """
-    rolling, areas = rolled.rolling, np.zeros((n_atoms, 3))
-    enclosed = enclosed_centres(rolling) if cavities == "remove" else no_enclosed_centres(rolling)
-    accessible = accessible_areas(rolling, enclosed)
-    areas[atom[rolled.by_position]] = _areas_by_kind(rolling, accessible, rolled.probe, enclosed)
-    return areas
-
-
-def _areas_of_rolling(rolling: Rolling, atom: np.ndarray, chain: np.ndarray) -> AtomAreas:
-    """Compute the accessible and buried areas of atoms of the chains `chain` (A,), of which `atom` (K,) were rolled over."""
-    areas = AtomAreas(*np.zeros((3, len(chain))))
-    accessible = accessible_areas(rolling, no_enclosed_centres(rolling))
-    areas.accessible[atom] = accessible
-    areas.buried[atom] = _buried_areas(rolling, accessible, chain[atom])
+    enclosed, areas = enclosed_of(rolled), np.zeros((n_atoms, 3))
+    accessible = accessible_areas(rolled.rolling, enclosed)
+    areas[rolled.atom] = _areas_by_kind(rolled.rolling, accessible, rolled.probe, enclosed)
     return areas
 
 
@@ -147,26 +130,17 @@ def contacts_of_spheres(
     xyz: np.ndarray, radii: np.ndarray, probe: float, chain: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Compute what partners `chain` (A,) int bury of each other: see `contacts_of_rolled`."""
-    xyz, radii, kept = checked_spheres(xyz, radii, probe)
-    return _contacts(roll(np.add(*relative_positions(xyz)), radii + probe), kept, chain)
+    return contacts_of_rolled(roll_checked(xyz, radii, probe, in_order=True), chain)
 
 
-def contacts_of_rolled(
-    rolled: RolledProbe, atom: np.ndarray, chain: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def contacts_of_rolled(rolled: Rolled, chain: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Compute the accessible area of each atom that each partner buries where only the two are present.
 
     Return atoms (n,), partners (n,) and areas (n,), Å^2, ordered by atoms and partners; `chain` (A,) int is the partner of each
-    atom, and `atom` (K,) are the numbers of the atoms over which the probe was rolled.
+    atom.
     """
-    return _contacts(rolled.rolling, atom[rolled.by_position], chain)
-
-
-def _contacts(
-    rolling: Rolling, atom: np.ndarray, chain: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Compute the areas of `contacts_of_rolled` for atoms of the partners `chain` (A,), of which `atom` (K,) were rolled over."""
-    atoms, partner = rolling.atoms, chain[atom]
+    atoms, atom = rolled.rolling.atoms, rolled.atom
+    partner = chain[atom]
     first = np.repeat(np.arange(len(partner)), np.diff(atoms.start))
     ends = np.column_stack([partner[first], partner[atoms.near]])
     meets = np.flatnonzero(ends[:, 0] != ends[:, 1])

@@ -15,7 +15,7 @@ import numpy as np
 
 from sparsurf.errors import InputError
 from sparsurf.kernels import njit
-from sparsurf.surfaces.dot_placement import RolledProbe, checked_spheres, relative_positions, roll_probe
+from sparsurf.surfaces.dot_placement import Rolled, roll_checked
 from sparsurf.surfaces.radii import PROBE_RADIUS
 from sparsurf.surfaces.rolling_probe import (
     ARC_RADIUS,
@@ -35,7 +35,7 @@ from sparsurf.surfaces.rolling_probe import (
     blocker,
     end_of_arc,
     nearest_arc,
-    roll,
+    no_enclosed_centres,
 )
 from sparsurf.surfaces.surface import COMPONENT_FIELD, CONCAVE, SADDLE, Surface
 from sparsurf.surfaces.vectors import Vector, add_scaled, cross, dot, point, subtract, vector_at
@@ -65,16 +65,14 @@ def components_of(
     surface: Surface, xyz: ArrayLike, radii: ArrayLike, probe: float = PROBE_RADIUS
 ) -> np.ndarray:
     """Find the component of every dot, (N,), the largest being 0, of a surface of spheres, (A, 3) and (A,) Å."""
-    xyz, radii, kept = checked_spheres(xyz, radii, probe)
-    return components_of_rolled(surface, roll_probe(xyz, radii, float(probe), True), kept)
+    return components_of_rolled(surface, roll_checked(xyz, radii, probe))
 
 
-def components_of_rolled(surface: Surface, rolled: RolledProbe, kept: np.ndarray) -> np.ndarray:
-    """Return `components_of` dots that were placed with a rolled probe; `kept` (K,) are its atoms among those of the dots."""
-    rolling, n_atoms = _in_order_of_atoms(rolled), len(kept)
-    rank = np.empty(n_atoms, np.int64)
-    rank[rolled.by_position] = np.arange(n_atoms)
-    owner = rank[np.searchsorted(kept, surface.atom)]
+def components_of_rolled(surface: Surface, rolled: Rolled) -> np.ndarray:
+    """Return `components_of` dots that were placed with a rolled probe."""
+    rolling, n_atoms = _in_order_of_atoms(rolled), len(rolled.atom)
+    by_atom = np.argsort(rolled.atom)
+    owner = by_atom[np.searchsorted(rolled.atom, surface.atom, sorter=by_atom)]
     joined, meeting = joined_arcs(rolling)
     n_arcs = len(joined)
     order, first = arcs_of_atoms(rolling.pair, n_atoms)
@@ -94,7 +92,7 @@ def components_of_rolled(surface: Surface, rolled: RolledProbe, kept: np.ndarray
     return np.argsort(np.argsort(-count, kind="stable"))[roots]
 
 
-def _in_order_of_atoms(rolled: RolledProbe) -> Rolling:
+def _in_order_of_atoms(rolled: Rolled) -> Rolling:
     """Return a Rolling with the arcs in the order of the atoms as given, which numbers components with as many dots."""
     rolling = rolled.rolling
     low = rolled.by_position[rolling.pair].min(axis=1)
@@ -181,6 +179,12 @@ def enclosed_centres(rolling: Rolling) -> EnclosedCentres:
     """
     labels = label_centres(rolling)
     return _centres_in(rolling, labels, labels.closed)
+
+
+def enclosed_of(rolled: Rolled) -> EnclosedCentres:
+    """Find the centres in cavities whose walls are no part of the surface."""
+    find = enclosed_centres if rolled.cavities == "remove" else no_enclosed_centres
+    return find(rolled.rolling)
 
 
 def centres_of_cavities(rolling: Rolling) -> list[EnclosedCentres]:
@@ -287,12 +291,11 @@ def analytical_faces(
     The faces are the concave triangles of the fixed probes, the saddles along the arcs, and the connected patches of the
     spheres that the probe touches alone.
     """
-    xyz, radii, kept = checked_spheres(xyz, radii, probe)
-    rolling = roll(np.add(*relative_positions(xyz)), radii + probe)
-    centres = surface.points - xyz[0] + probe * surface.normals
-    owner = np.searchsorted(kept, surface.atom)
+    rolled = roll_checked(xyz, radii, probe, in_order=True)
+    rolling, centres = rolled.rolling, surface.points - rolled.origin + probe * surface.normals
+    owner = np.searchsorted(rolled.atom, surface.atom)
     _, meeting = joined_arcs(rolling)
-    n_atoms, n_arcs, n_probes = len(xyz), len(rolling.arcs), len(rolling.probes)
+    n_atoms, n_arcs, n_probes = len(rolled.atom), len(rolling.arcs), len(rolling.probes)
     order, first = arcs_of_atoms(rolling.pair, n_atoms)
     face = n_probes + 3 * n_arcs + owner  # of a sphere that touches no other
     concave = surface.kind == CONCAVE

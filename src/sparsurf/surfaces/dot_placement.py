@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from sparsurf.arguments import Cavities
 from sparsurf.errors import InputError, argument
 from sparsurf.kernels import njit
 from sparsurf.surfaces.grid import Grid, columns_around, in_column, sort_into_grid
@@ -90,11 +91,14 @@ class Dots(NamedTuple):
         return Dots(*(column[dots] for column in self))
 
 
-class RolledProbe(NamedTuple):
+class Rolled(NamedTuple):
     """Atoms with the probe rolled over them, on which dots of any density are placed."""
 
     origin: np.ndarray  # (3,) float64, Å, that positions are relative to
-    by_position: np.ndarray  # (A,) int64, atoms by x, then y, then z; the following are in this order
+    by_position: (
+        np.ndarray
+    )  # (A,) int64, atoms by x, then y, then z, or as given; the following are in this order
+    atom: np.ndarray  # (A,) int64, their numbers among those given, of which some may lie in one place
     radii: np.ndarray  # (A,) float64, Å
     rolling: Rolling
     blockers: RolledAtoms
@@ -103,18 +107,38 @@ class RolledProbe(NamedTuple):
     probe: float  # Å, radius; 0 where dots lie on the spheres of its centres, whose radii are then `radii`
     exact: bool
     left_out: EnclosedCentres  # centres of the probe at which no dots are placed, and which trim none
+    cavities: Cavities = "keep"  # or 'remove': whether their walls are part of the surface
+
+
+def roll_checked(
+    xyz: ArrayLike,
+    radii: ArrayLike,
+    probe: float,
+    exact: bool = True,
+    cavities: Cavities = "keep",
+    in_order: bool = False,
+) -> Rolled:
+    """Check spheres, and roll the probe over those at distinct positions: by position, or in the order of the spheres."""
+    xyz, radii, kept = checked_spheres(xyz, radii, probe)
+    rolled = roll_probe(xyz, radii, float(probe), exact, in_order=in_order)
+    return rolled._replace(atom=kept[rolled.by_position], cavities=cavities)
 
 
 def roll_probe(
-    xyz: np.ndarray, radii: np.ndarray, probe: float, exact: bool, before: RolledProbe | None = None
-) -> RolledProbe:
+    xyz: np.ndarray,
+    radii: np.ndarray,
+    probe: float,
+    exact: bool,
+    before: Rolled | None = None,
+    in_order: bool = False,
+) -> Rolled:
     """Roll the probe over atoms at distinct positions `xyz` (A, 3) with `radii` (A,), Å; unless `exact`, as DMS does.
 
     The first of them may have been rolled over `before`.
     """
     relative, shift = relative_positions(xyz)
     # As DMS visits the atoms: which of two comes first decides where the strips of their saddle begin
-    by_position = np.lexsort(relative.T[::-1])
+    by_position = np.arange(len(xyz)) if in_order else np.lexsort(relative.T[::-1])
     radii = radii[by_position]
     place = None
     if before is not None:
@@ -127,7 +151,9 @@ def roll_probe(
     whole = np.full(len(radii), exact)
     whole[rolling.pair] = False
     probes, left_out = sort_into_grid(rolling.probes, probe), no_enclosed_centres(rolling)
-    return RolledProbe(xyz[0], by_position, radii, rolling, blockers, whole, probes, probe, exact, left_out)
+    return Rolled(
+        xyz[0], by_position, by_position, radii, rolling, blockers, whole, probes, probe, exact, left_out
+    )
 
 
 def lattice_spacing(density: float) -> float:
@@ -135,7 +161,7 @@ def lattice_spacing(density: float) -> float:
     return math.sqrt(2 / math.sqrt(3) / density)
 
 
-def place_dots(rolled: RolledProbe, density: float) -> Dots:
+def place_dots(rolled: Rolled, density: float) -> Dots:
     """Place dots on the solvent-excluded surface, or on the spheres of a probe of 0 Å, `density` per Å^2 of the lattice.
 
     The dots of each atom and kind are counted first, so that each is written once, to its place among all.
@@ -152,7 +178,7 @@ def place_dots(rolled: RolledProbe, density: float) -> Dots:
         rolled.blockers, rolled.whole, templates, probe, rolling, left_out, n_contact
     )
     uncounted, nowhere = Dots.empty(0), np.zeros(3)
-    _saddle_dots(*strips, n_saddle, nowhere, rolled.by_position, uncounted)
+    _saddle_dots(*strips, n_saddle, nowhere, rolled.atom, uncounted)
     owners, share = _count_concave_dots(rolling, rolled.probes, unit, probe, exact, left_out, n_concave)
     concave_area = 4 * math.pi * probe**2 / max(len(unit), 1)
     if exact:
@@ -163,7 +189,7 @@ def place_dots(rolled: RolledProbe, density: float) -> Dots:
     n_dots[rolled.by_position] = np.stack([n_concave, n_saddle, n_contact], axis=1)
     first = (np.cumsum(n_dots) - n_dots.ravel()).reshape(n_dots.shape)[rolled.by_position]
     concave, saddle, contact = np.ascontiguousarray(first.T)
-    dots, place = Dots.empty(int(n_dots.sum())), (np.array(rolled.origin), rolled.by_position)
+    dots, place = Dots.empty(int(n_dots.sum())), (np.array(rolled.origin), rolled.atom)
     _concave_dots(rolling, owners, unit, probe, concave_area, concave, *place, dots)
     _saddle_dots(*strips, saddle, *place, dots)
     _contact_dots(rolled.blockers, is_free, templates, probe, contact_area, contact, *place, dots)
@@ -300,14 +326,14 @@ def _write(
     area: float,
     kind: int,
     origin: np.ndarray,
-    by_position: np.ndarray,
+    atom_of_owner: np.ndarray,
 ) -> None:
     """Write a dot to the next free place of its owner, `slot` (A,), which is advanced."""
     k = slot[owner]
     slot[owner] = k + 1
     for a in range(3):
         dots.points[k, a], dots.normals[k, a] = position[a] + origin[a], normal[a]
-    dots.area[k], dots.kind[k], dots.atom[k] = area, kind, by_position[owner]
+    dots.area[k], dots.kind[k], dots.atom[k] = area, kind, atom_of_owner[owner]
 
 
 @njit(cache=True, nogil=True)
@@ -358,7 +384,7 @@ def _contact_dots(
     area: np.ndarray,
     slot: np.ndarray,
     origin: np.ndarray,
-    by_position: np.ndarray,
+    atom_of_owner: np.ndarray,
     dots: Dots,
 ) -> None:
     """Write the dots of each atom that are free, of an area (A,) by atom, to their places `slot`."""
@@ -369,7 +395,7 @@ def _contact_dots(
             if is_free[m]:
                 unit = point(templates.units, n)
                 position = add_scaled(centre, radius, unit)
-                _write(dots, slot, i, position, unit, area[i], CONTACT, origin, by_position)
+                _write(dots, slot, i, position, unit, area[i], CONTACT, origin, atom_of_owner)
             m += 1
 
 
@@ -404,7 +430,7 @@ def _saddle_dots(
     exact: bool,
     slot: np.ndarray,
     origin: np.ndarray,
-    by_position: np.ndarray,
+    atom_of_owner: np.ndarray,
     dots: Dots,
 ) -> None:
     """Write the dots of the arcs, last arc first, in strips of equal width in theta, from atom j to atom i.
@@ -457,7 +483,7 @@ def _saddle_dots(
                     normal = add_scaled((0.0, 0.0, 0.0), math.cos(theta), outward)
                     normal = add_scaled(normal, -math.sin(theta), vector_at(arc, U))
                     position = add_scaled(add_scaled(vector_at(arc, T), radius, outward), -probe, normal)
-                    _write(dots, slot, owner, position, normal, area, SADDLE, origin, by_position)
+                    _write(dots, slot, owner, position, normal, area, SADDLE, origin, atom_of_owner)
 
 
 @njit(cache=True, nogil=True)
@@ -523,7 +549,7 @@ def _concave_dots(
     area: float,
     slot: np.ndarray,
     origin: np.ndarray,
-    by_position: np.ndarray,
+    atom_of_owner: np.ndarray,
     dots: Dots,
 ) -> None:
     """Write the dots of fixed probes that have owners, each of an area, to the places `slot` (A,) of these."""
@@ -533,7 +559,7 @@ def _concave_dots(
                 unit, owner = point(units, m), rolling.triple[q, owners[q, m] - 1]
                 position = add_scaled(point(rolling.probes, q), probe, unit)
                 inward = (-unit[0], -unit[1], -unit[2])
-                _write(dots, slot, owner, position, inward, area, CONCAVE, origin, by_position)
+                _write(dots, slot, owner, position, inward, area, CONCAVE, origin, atom_of_owner)
 
 
 @njit(cache=True, nogil=True)

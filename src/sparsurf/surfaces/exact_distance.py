@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sparsurf.kernels import njit
-from sparsurf.surfaces.components import are_accessible, enclosed_centres
+from sparsurf.surfaces.components import are_accessible, enclosed_of
 from sparsurf.surfaces.grid import Grid, columns_around, in_column, sort_into_grid
 from sparsurf.surfaces.rolling_probe import (
     ARC_RADIUS,
@@ -28,7 +28,6 @@ from sparsurf.surfaces.rolling_probe import (
     blocker,
     is_enclosed,
     nearest_on_arc,
-    no_enclosed_centres,
 )
 from sparsurf.surfaces.surface import CONCAVE, CONTACT, SADDLE
 from sparsurf.surfaces.vectors import (
@@ -44,7 +43,7 @@ from sparsurf.surfaces.vectors import (
 from sparsurf.threads import parallel_map
 
 if TYPE_CHECKING:
-    from sparsurf.surfaces.molecular_surface import RolledFrame
+    from sparsurf.surfaces.dot_placement import Rolled
 
 POSITIONS_PER_TASK = 4096
 FIRST_DEPTH = 0.5  # Å, to which all points are searched; only those that lie deeper are searched twice as deep each time
@@ -56,7 +55,7 @@ ROUNDING_OF_TOUCH = 1e-7
 
 
 def exact_distance(
-    points: np.ndarray, rolled: RolledFrame, deepest: float = DEEPEST, threads: int = 1
+    points: np.ndarray, rolled: Rolled, deepest: float = DEEPEST, threads: int = 1
 ) -> np.ndarray:
     """Compute the signed distance of points from the solvent-excluded surface of the spheres that a probe was rolled over.
 
@@ -81,9 +80,8 @@ def exact_distance(
     >>> exact_distance(np.array([[1.6, 0.0, 0.0], [0.0, 0.5, 0.0], [9.0, 0.0, 0.0]]), rolled).round(6)
     array([ 0.1, -1. ,  7.5])
     """
-    rolling, probe = rolled.rolled.rolling, rolled.rolled.probe
-    enclosed = enclosed_centres(rolling) if rolled.cavities == "remove" else no_enclosed_centres(rolling)
-    positions = np.asarray(points, float) - rolled.rolled.origin
+    rolling, probe, enclosed = rolled.rolling, rolled.probe, enclosed_of(rolled)
+    positions = np.asarray(points, float) - rolled.origin
     grid = sort_into_grid(rolling.atoms.centre, rolling.atoms.reach.max() + probe)
     height = np.empty(len(positions))
     parallel_map(
@@ -103,16 +101,13 @@ def exact_distance(
     return distance
 
 
-def distance_of_dots(
-    points: np.ndarray, normals: np.ndarray, rolled: RolledFrame, threads: int = 1
-) -> np.ndarray:
+def distance_of_dots(points: np.ndarray, normals: np.ndarray, rolled: Rolled, threads: int = 1) -> np.ndarray:
     """Compute the distance (N,), Å, of dots with unit normals from the surface of `exact_distance`, on either side of it.
 
     Most dots of a surface that was reconstructed from atoms lie on it: their own probe says so, and they need no search.
     """
-    rolling, probe = rolled.rolled.rolling, rolled.rolled.probe
-    enclosed = enclosed_centres(rolling) if rolled.cavities == "remove" else no_enclosed_centres(rolling)
-    positions, normals = np.asarray(points, float) - rolled.rolled.origin, np.ascontiguousarray(normals)
+    rolling, probe, enclosed = rolled.rolling, rolled.probe, enclosed_of(rolled)
+    positions, normals = np.asarray(points, float) - rolled.origin, np.ascontiguousarray(normals)
     grid = sort_into_grid(rolling.atoms.centre, rolling.atoms.reach.max() + ROUNDING_OF_TOUCH)
     lies_on = np.empty(len(positions), bool)
     parallel_map(

@@ -20,8 +20,8 @@ from sparsurf.arguments import Cavities
 from sparsurf.errors import InputError
 from sparsurf.kernels import njit
 from sparsurf.shown import Shown
-from sparsurf.surfaces.components import all_other_centres, centres_of_cavities, enclosed_centres
-from sparsurf.surfaces.dot_placement import checked_spheres, relative_positions
+from sparsurf.surfaces.components import all_other_centres, enclosed_of
+from sparsurf.surfaces.dot_placement import Rolled, roll_checked
 from sparsurf.surfaces.exact_distance import nearest_centres
 from sparsurf.surfaces.half_edges import unfold
 from sparsurf.surfaces.radii import PROBE_RADIUS
@@ -32,8 +32,6 @@ from sparsurf.surfaces.rolling_probe import (
     Rolling,
     T,
     is_enclosed,
-    no_enclosed_centres,
-    roll,
 )
 from sparsurf.surfaces.surface import Surface
 from sparsurf.surfaces.vectors import (
@@ -167,39 +165,17 @@ def molecular_mesh(
     Where `cavities` are to be removed, only positions from which the probe can leave count, so that the mesh is closed although
     walls of cavities touch the outside at cusps.
     """
-    spheres = RolledSpheres.of(xyz, radii, probe)
-    step, rolling = min(step, widest_step(probe)), spheres.rolling
-    enclosed = enclosed_centres(rolling) if cavities == "remove" else no_enclosed_centres(rolling)
-    low, shape = grid_around(spheres.relative, spheres.radii.max(), step)
+    spheres = roll_checked(xyz, radii, probe, cavities=cavities, in_order=True)
+    step, enclosed = min(step, widest_step(probe)), enclosed_of(spheres)
+    low, shape = grid_around(spheres.rolling.atoms.centre, spheres.radii.max(), step)
     return _mesh_of_grid(spheres, enclosed, enclosed, False, MeshGrid(low, shape, step), threads)
 
 
-class RolledSpheres(NamedTuple):
-    """Spheres, and the probe that rolls over them."""
-
-    xyz: np.ndarray  # (A, 3) float64, Å
-    relative: np.ndarray  # (A, 3), to the first one, each shifted a little
-    radii: np.ndarray  # (A,) Å
-    kept: np.ndarray  # (A,) their numbers among those given, of which some may lie in one place
-    probe: float  # Å
-    rolling: Rolling
-
-    @staticmethod
-    def of(xyz: ArrayLike, radii: ArrayLike, probe: float) -> RolledSpheres:
-        """Check spheres, and roll the probe over them."""
-        xyz, radii, kept = checked_spheres(xyz, radii, probe)
-        relative = np.add(*relative_positions(xyz))
-        return RolledSpheres(xyz, relative, radii, kept, probe, roll(relative, radii + probe))
-
-    def cavities(self) -> list[EnclosedCentres]:
-        """Return the centres of the probe in each cavity."""
-        return centres_of_cavities(self.rolling)
-
-
-def cavity_mesh(spheres: RolledSpheres, cavity: EnclosedCentres, step: float, threads: int = 1) -> Mesh:
+def cavity_mesh(spheres: Rolled, cavity: EnclosedCentres, step: float, threads: int = 1) -> Mesh:
     """Generate the wall of one cavity as a Mesh of its own, also where the walls of two cavities meet at a cusp.
 
-    `cavity` is one of `spheres.cavities()`, and `step` that of `molecular_mesh`.
+    The spheres were rolled over in their order, `cavity` is one of their `centres_of_cavities`, and `step` that of
+    `molecular_mesh`.
     """
     step, arcs = min(step, widest_step(spheres.probe)), spheres.rolling.arcs[cavity.arcs]
     reach = arcs[:, ARC_RADIUS, None]
@@ -219,7 +195,7 @@ class MeshGrid(NamedTuple):
 
 
 def _mesh_of_grid(
-    spheres: RolledSpheres,
+    spheres: Rolled,
     enclosed: EnclosedCentres,
     left_out: EnclosedCentres,
     is_wall: bool,
@@ -268,21 +244,19 @@ def _mesh_of_grid(
     corners = grid.low + grid.step * np.concatenate(vertices)
     gap, centres, kind, atom = nearest_centres(corners, rolling, left_out, limit, threads)
     outward = (centres - corners) / gap[:, None]
-    points = centres - probe * outward + spheres.xyz[0]
+    points = centres - probe * outward + spheres.origin
     del corners, centres, gap, vertices
     kept, triangles = unfold(points, outward, triangles)
-    return build_mesh(points[kept], outward[kept], triangles, kind[kept], spheres.kept[atom[kept]])
+    return build_mesh(points[kept], outward[kept], triangles, kind[kept], spheres.atom[atom[kept]])
 
 
-def _deepest_of_slab(
-    spheres: RolledSpheres, grid: MeshGrid, begin: int, end: int
-) -> tuple[np.ndarray, np.ndarray]:
+def _deepest_of_slab(spheres: Rolled, grid: MeshGrid, begin: int, end: int) -> tuple[np.ndarray, np.ndarray]:
     """Return `_deepest` of the planes from one to another of the grid, and the spheres near them."""
-    deepest = 2 * spheres.probe
+    deepest, centre = 2 * spheres.probe, spheres.rolling.atoms.centre
     half = grid.step * (end - 1 - begin) / 2
-    distance = np.abs(spheres.relative[:, 0] - (grid.low[0] + grid.step * begin + half))
+    distance = np.abs(centre[:, 0] - (grid.low[0] + grid.step * begin + half))
     near = np.flatnonzero(distance <= half + spheres.radii + deepest + grid.step)
-    return _deepest(spheres.relative, spheres.radii, near, *grid, begin, end, -deepest), near
+    return _deepest(centre, spheres.radii, near, *grid, begin, end, -deepest), near
 
 
 @njit(cache=True, nogil=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from types import SimpleNamespace
 from typing import TYPE_CHECKING
@@ -17,11 +17,10 @@ from sparsurf.surfaces.areas import areas_by_kind
 from sparsurf.surfaces.components import components_of_rolled, without_cavities
 from sparsurf.surfaces.dot_placement import (
     LATTICE,
-    RolledProbe,
-    checked_spheres,
+    Rolled,
     lattice_spacing,
     place_dots,
-    roll_probe,
+    roll_checked,
 )
 from sparsurf.surfaces.radii import PROBE_RADIUS
 from sparsurf.surfaces.radii import radii as radii_of
@@ -75,14 +74,14 @@ def accessible_surface(
 ) -> Surface:
     """Place dots on the solvent-accessible surface of spheres: where the centre of a probe that touches them can be."""
     rolled = roll_frame(SimpleNamespace(xyz=xyz[None]), 0, radii, settings)
-    centres = rolled.rolled._replace(radii=rolled.rolled.rolling.atoms.reach, probe=0.0)
-    return replace(rolled, rolled=centres).surface_for_d_link(settings.density, d_link, name)[0]
+    centres = rolled._replace(radii=rolled.rolling.atoms.reach, probe=0.0)
+    return centres.surface_for_d_link(settings.density, d_link, name)[0]
 
 
 def surface_of_surface_atoms(atoms: SurfaceAtoms, settings: Rules, d_link: float) -> Surface:
     """Place dots on the atoms that determine a surface; where these are exact, the dots carry all atoms of the molecule."""
     rolled = roll_frame(SimpleNamespace(xyz=atoms.centres[None]), 0, atoms.radii, settings)
-    rolled = replace(rolled, kept=atoms.atom[rolled.kept])
+    rolled = rolled._replace(atom=atoms.atom[rolled.atom])
     dots, _ = rolled.surface_for_d_link(settings.density, d_link, "surface")
     if not atoms.is_exact:
         return dots
@@ -103,27 +102,21 @@ def surface_of_surface_atoms(atoms: SurfaceAtoms, settings: Rules, d_link: float
     return dots.with_origin(origin)
 
 
-@dataclass(frozen=True)
-class RolledFrame:
+class RolledFrame(Rolled):
     """One frame with the probe rolled over its atoms: places dots of any density, and finds their components."""
-
-    rolled: RolledProbe
-    kept: np.ndarray  # (K,) int, its atoms among those of the molecule
-    cavities: Cavities = "keep"  # 'keep' or 'remove'
 
     def surface(self, density: float) -> Surface:
         """Place dots of a density."""
-        points, normals, area, kind, atom = place_dots(self.rolled, lattice_of_density(density))
-        surface = Surface.of_placed(points, normals, area, kind, self.kept.astype(np.int32)[atom])
+        surface = Surface.of_placed(*place_dots(self, lattice_of_density(density)))
         return without_cavities(surface, self.components(surface)) if self.cavities == "remove" else surface
 
     def components(self, surface: Surface) -> np.ndarray:
         """Return the component of every dot of a surface that was placed here; see `components.components_of`."""
-        return components_of_rolled(surface, self.rolled, self.kept)
+        return components_of_rolled(surface, self)
 
     def areas_by_kind(self, n_atoms: int) -> np.ndarray:
         """Return the exact contact, saddle and concave area of each atom of the molecule, (A, 3), Å^2."""
-        return areas_by_kind(self.rolled, self.kept, self.cavities, n_atoms)
+        return areas_by_kind(self, n_atoms)
 
     def surface_for_d_link(
         self, density: float | Auto, d_link: float, name: str, published: Surface | None = None
@@ -155,10 +148,9 @@ class RolledFrame:
 
     def _estimate(self, d_link: float) -> float:
         """Return a density that suits d_link (Å) on nearly all molecules like this one."""
-        radii = self.rolled.radii
-        if len(radii) < MIN_ATOMS_TO_ESTIMATE:
+        if len(self.radii) < MIN_ATOMS_TO_ESTIMATE:
             return DENSITY
-        hydrogens = float(np.mean(radii <= MAX_HYDROGEN_RADIUS))
+        hydrogens = float(np.mean(self.radii <= MAX_HYDROGEN_RADIUS))
         return max(DENSITY, (HEAVY_DENSITY - FEWER_WITH_HYDROGENS * hydrogens) * (AUTO_LINK / d_link) ** 2)
 
 
@@ -189,10 +181,9 @@ def roll_spheres(
     cavities: Cavities = "keep",
 ) -> RolledFrame:
     """Roll the probe over spheres; arguments are those of `molecular_surface`, and whether to keep or remove cavities."""
-    xyz, radii, kept = checked_spheres(xyz, radii, probe)
     if reentrant not in ("exact", "dms"):
         raise InputError(f"{argument('surface.reentrant')} is {reentrant!r}; it must be 'exact' or 'dms'.")
-    return RolledFrame(roll_probe(xyz, radii, float(probe), reentrant == "exact"), kept, cavities)
+    return RolledFrame(*roll_checked(xyz, radii, probe, reentrant == "exact", cavities))
 
 
 def rolled_atoms(atoms: SurfaceOrigin) -> RolledFrame:

@@ -360,7 +360,7 @@ class Surface(Shown):
         """Return the area of the walls of cavities, Å^2, on which dots `cavity` (N,) bool lie; exact where `total_area` is."""
         if not cavity.any() or self.placed is None or self.exact_areas is None:
             return float(self.area[cavity].sum())
-        outside = replace(self.placed.rolled, cavities="remove").areas_by_kind(len(self.placed.xyz))
+        outside = self.placed.rolled._replace(cavities="remove").areas_by_kind(len(self.placed.xyz))
         return float(self.exact_areas.sum() - outside.sum())
 
     def known_molecule(self, function: str) -> Molecule:

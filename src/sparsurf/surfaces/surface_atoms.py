@@ -26,7 +26,7 @@ from sparsurf.errors import InputError
 from sparsurf.kernels import njit
 from sparsurf.shown import Shown
 from sparsurf.surfaces.components import joined_arcs, label_centres, set_of_arcs
-from sparsurf.surfaces.dot_placement import checked_spheres, relative_positions
+from sparsurf.surfaces.dot_placement import Rolled, roll_checked
 from sparsurf.surfaces.grid import Grid, columns_around, in_column, sort_into_grid
 from sparsurf.surfaces.rolling_probe import (
     ARC_RADIUS,
@@ -128,12 +128,11 @@ class SurfaceAtoms(Shown):
             np.array_equal(self.centres, xyz[self.atom]) and np.array_equal(self.radii, radii[self.atom])
         ):
             return False
-        xyz, radii, kept = checked_spheres(xyz, radii, self.probe_radius)
-        balls = _balls(xyz, radii, self.probe_radius)
-        chosen = np.isin(kept[balls.order], self.atom)
-        whole = _free_positions(balls, self.cavities, self.probe_radius)
-        ids = np.flatnonzero(chosen)
-        return _are_equal(whole, _free_positions(balls, self.cavities, self.probe_radius, ids, whole))
+        rolled = roll_checked(xyz, radii, self.probe_radius, cavities=self.cavities)
+        whole = _free_positions(rolled)
+        return _are_equal(
+            whole, _free_positions(rolled, np.flatnonzero(np.isin(rolled.atom, self.atom)), whole)
+        )
 
     def to_frame(self) -> pd.DataFrame:
         """Tabulate x, y, z and radius (Å), touched, and the labels of the atoms where these are known, else their index."""
@@ -145,14 +144,6 @@ class SurfaceAtoms(Shown):
         }
         labels = {"atom": self.atom} if self.molecule is None else self.molecule.label_columns(self.atom)
         return pd.DataFrame(columns | labels)
-
-
-class _Balls(NamedTuple):
-    """Positions that the probe's centre cannot take, in the order in which the probe visits atoms."""
-
-    order: np.ndarray  # (A,) int64, the atoms by x, then y, then z
-    centre: np.ndarray  # (A, 3) float64, Å
-    reach: np.ndarray  # (A,) float64, Å
 
 
 class _Positions(NamedTuple):
@@ -183,18 +174,16 @@ def atoms_of_surface(
     spheres: Spheres, rules: Rules, plugs: bool, molecule: Molecule | None = None, frame: int = 0
 ) -> SurfaceAtoms:
     """Find the atoms that determine the surface of spheres, which may be those of a frame of a molecule."""
-    probe, cavities = float(rules.probe_radius), rules.cavities
-    xyz, radii, kept = checked_spheres(spheres.xyz, spheres.radii, probe)
-    balls = _balls(xyz, radii, probe)
-    whole = _free_positions(balls, cavities, probe)
-    touched = _touched_atoms(whole, len(xyz))
+    rolled = roll_checked(spheres.xyz, spheres.radii, rules.probe_radius, cavities=rules.cavities)
+    whole = _free_positions(rolled)
+    touched = _touched_atoms(whole, len(rolled.atom))
     chosen = touched.copy()
-    is_exact = _plug(balls, whole, chosen, cavities, probe) if plugs else None
-    by_atom = np.argsort(kept[balls.order][chosen])
-    atom = kept[balls.order][chosen][by_atom]
+    is_exact = _plug(rolled, whole, chosen) if plugs else None
+    by_atom = np.argsort(rolled.atom[chosen])
+    atom = rolled.atom[chosen][by_atom]
     table: Any = None if molecule is None else rules.radii
     made = SurfaceAtoms(
-        spheres.xyz[atom], spheres.radii[atom], atom, touched[chosen][by_atom], probe, cavities, table, spheres,
+        spheres.xyz[atom], spheres.radii[atom], atom, touched[chosen][by_atom], rolled.probe, rolled.cavities, table, spheres,
         molecule, frame,
     )  # fmt: skip
     if is_exact is not None:
@@ -216,33 +205,25 @@ def atoms_of_dots(dots: Surface) -> SurfaceAtoms:
     return atoms_of_surface(spheres, origin.rules, True, origin.molecule, origin.frame)
 
 
-def _balls(xyz: np.ndarray, radii: np.ndarray, probe: float) -> _Balls:
-    """Return the balls of atoms, shifted and in the order in which `roll_probe` visits them."""
-    relative, shift = relative_positions(xyz)
-    order = np.lexsort(relative.T[::-1])
-    return _Balls(order, (relative + shift)[order], (radii + probe)[order])
-
-
 def _free_positions(
-    balls: _Balls,
-    cavities: Cavities,
-    probe: float,
-    ids: np.ndarray | None = None,
-    whole: _Positions | None = None,
+    rolled: Rolled, ids: np.ndarray | None = None, whole: _Positions | None = None
 ) -> _Positions:
-    """Roll the probe over all balls, or over those of `ids`, and find the positions that shape the surface.
+    """Find the positions of a probe on all balls, or rolled over those of `ids`, that shape the surface.
 
     `whole` are the positions on all balls, which tell the outside where cavities are removed.
     """
-    ids = np.arange(len(balls.reach)) if ids is None else ids
-    rolling = roll(np.ascontiguousarray(balls.centre[ids]), balls.reach[ids])
+    rolling, probe = rolled.rolling, rolled.probe
+    if ids is None:
+        ids = np.arange(len(rolled.atom))
+    else:
+        rolling = roll(rolling.atoms.centre[ids], rolling.atoms.reach[ids])
     without_arcs = np.ones(len(ids), bool)
     without_arcs[rolling.pair] = False
     spheres = np.flatnonzero(without_arcs)
     spheres = spheres[_are_free(rolling.atoms, spheres)]
     arcs, probes = np.ones(len(rolling.arcs), bool), np.ones(len(rolling.probes), bool)
     positions = _Positions(rolling, ids, arcs, probes, spheres, np.empty((0, 3)))
-    if cavities == "keep":
+    if rolled.cavities == "keep":
         return positions
     return _without_cavities(positions, probe) if whole is None else _without_voids(positions, probe, whole)
 
@@ -314,7 +295,7 @@ def _are_equal(whole: _Positions, part: _Positions) -> bool:
     return all(np.array_equal(np.sort(a), np.sort(b)) for a, b in zip(*numbers, strict=True))
 
 
-def _plug(balls: _Balls, whole: _Positions, chosen: np.ndarray, cavities: Cavities, probe: float) -> bool:
+def _plug(rolled: Rolled, whole: _Positions, chosen: np.ndarray) -> bool:
     """Add plugs to the chosen balls, in place, until the set determines the surface; return whether it does.
 
     After the first round only the neighbourhood of the voids is rolled over, unless labels of cavities need the whole.
@@ -323,7 +304,7 @@ def _plug(balls: _Balls, whole: _Positions, chosen: np.ndarray, cavities: Caviti
     ids = np.flatnonzero(chosen)
     for depth in DEPTHS:
         for _ in range(MAX_ROUNDS):
-            part = _free_positions(balls, cavities, probe, ids, whole)
+            part = _free_positions(rolled, ids, whole)
             positions, owner = _places(part)
             first, holder = _holders(positions, owner, atoms, chosen, depth, is_local)
             in_void = np.diff(first) > 0
@@ -334,7 +315,7 @@ def _plug(balls: _Balls, whole: _Positions, chosen: np.ndarray, cavities: Caviti
                 continue
             new = _cover(first, holder, len(chosen))
             chosen |= new
-            ids, is_local = np.flatnonzero(chosen), cavities == "keep"
+            ids, is_local = np.flatnonzero(chosen), rolled.cavities == "keep"
             if is_local:
                 around = _around(part, in_void, new, atoms)
                 ids = np.flatnonzero(around & chosen)

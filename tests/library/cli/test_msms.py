@@ -15,8 +15,8 @@ from scipy.spatial import cKDTree
 import sparsurf
 from conftest import ROOT
 from sparsurf.cli import msms
-from sparsurf.surfaces.components import analytical_faces
-from sparsurf.surfaces.mesh import RolledSpheres
+from sparsurf.surfaces.components import analytical_faces, centres_of_cavities
+from sparsurf.surfaces.dot_placement import roll_checked
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.spheres import write_spheres
 
@@ -231,15 +231,15 @@ def test_each_cavity_has_files_of_its_own(folder, capsys):
 
 def test_one_cavity_is_that_of_a_probe_on_the_atoms(folder):
     assert ended(folder, "-if p.xyzrn -of all -probe_radius 1.4 -density 3 -all_components") == 0
-    rolled = RolledSpheres.of(*(np.loadtxt(folder / "p.xyzr")[:, k] for k in ([0, 1, 2], 3)), 1.4)
-    largest = max(rolled.cavities(), key=lambda each: each.probes.sum())
+    rolled = roll_checked(*(np.loadtxt(folder / "p.xyzr")[:, k] for k in ([0, 1, 2], 3)), 1.4, in_order=True)
+    largest = max(centres_of_cavities(rolled.rolling), key=lambda each: each.probes.sum())
     atoms = rolled.rolling.triple[np.flatnonzero(largest.probes)[0]]
     words = f"-if p.xyzrn -of one -probe_radius 1.4 -density 3 -one_cavity 3 {atoms[0]} {atoms[1]} {atoms[2]}"
     assert ended(folder, words) == 0
     assert (folder / "one.vert").read_bytes() == (folder / "all_1.vert").read_bytes()
     assert not (folder / "one_1.vert").exists()
     outside = rolled.rolling.triple[
-        np.flatnonzero(~np.any([each.probes for each in rolled.cavities()], axis=0))[0]
+        np.flatnonzero(~np.any([each.probes for each in centres_of_cavities(rolled.rolling)], axis=0))[0]
     ]
     assert ended(folder, words.rpartition("3 ")[0] + f"1 {outside[0]}") == 0
     assert (folder / "one.face").read_bytes() == (folder / "all.face").read_bytes()

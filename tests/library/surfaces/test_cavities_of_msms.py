@@ -11,7 +11,8 @@ from scipy.spatial import cKDTree
 
 import sparsurf
 from conftest import ROOT
-from sparsurf.surfaces.mesh import RolledSpheres
+from sparsurf.surfaces.components import centres_of_cavities
+from sparsurf.surfaces.dot_placement import roll_checked
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.spheres import write_spheres
 
@@ -51,7 +52,7 @@ def centres_of_msms(folder, *words):
 
 def found_from_atoms(rolled):
     """How many cavities a search finds that starts at each atom that belongs to no component yet."""
-    rolling, cavities = rolled.rolling, rolled.cavities()
+    rolling, cavities = rolled.rolling, centres_of_cavities(rolled.rolling)
 
     def touched(probes, arcs):
         return {*rolling.triple[probes].ravel().tolist(), *rolling.pair[arcs].ravel().tolist()}
@@ -60,7 +61,7 @@ def found_from_atoms(rolled):
         ~np.any([each.probes for each in cavities], axis=0), ~np.any([each.arcs for each in cavities], axis=0)
     )
     waiting = [touched(each.probes, each.arcs) for each in cavities]
-    for atom in range(len(rolled.xyz)):
+    for atom in range(len(rolled.atom)):
         here = next((each for each in waiting if atom in each), None)
         if atom not in seen and here is not None:
             waiting.remove(here)
@@ -84,7 +85,7 @@ def test_every_cavity_is_one_of_msms(path, tmp_path):
     found = centres_of_msms(tmp_path, "-all_components")
     matched = [int(np.argmax([np.mean(tree.query(own)[0] < 0.3) for tree in trees])) for own in found]
     assert (len(found) - 1, int(table["cavity"].sum())) == CASES[path]
-    assert found_from_atoms(RolledSpheres.of(xyz, sizes, 1.4)) == len(found) - 1
+    assert found_from_atoms(roll_checked(xyz, sizes, 1.4, in_order=True)) == len(found) - 1
     assert len({*matched}) == len(matched)  # none of its components is two of ours, nor the other way round
     for cavity in {*range(len(table))} - {*matched}:
         assert table["cavity"][cavity]

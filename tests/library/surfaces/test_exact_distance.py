@@ -122,7 +122,7 @@ def test_the_seam_of_a_whole_circle_of_places_belongs_to_it():
     turn = np.linspace(0, 2 * np.pi, 12, endpoint=False)
     ring = np.column_stack([6 * np.cos(turn), 6 * np.sin(turn), 0 * turn]).round(3)
     rolled = roll_spheres(ring, np.full(12, 1.7), PROBE)
-    assert np.ptp(rolled.rolled.rolling.arcs[:, PHI_0 : PHI_1 + 1], axis=1) == pytest.approx(2 * np.pi)
+    assert np.ptp(rolled.rolling.arcs[:, PHI_0 : PHI_1 + 1], axis=1) == pytest.approx(2 * np.pi)
     assert np.abs(exact_distance(rolled.surface(30).points, rolled)).max() < 1e-6
 
 

@@ -17,7 +17,7 @@ from sparsurf.patches.index import PatchIndex, build_grid, select_separated
 from sparsurf.recovery.spheres.explanations import touched_atoms
 from sparsurf.recovery.spheres.inside import Inside
 from sparsurf.surfaces.components import centres_apart_from
-from sparsurf.surfaces.dot_placement import Dots, RolledProbe, place_dots, roll_probe
+from sparsurf.surfaces.dot_placement import Dots, Rolled, place_dots, roll_probe
 from sparsurf.surfaces.grid import columns_around, in_column
 from sparsurf.surfaces.molecular_surface import lattice_of_density
 from sparsurf.surfaces.vectors import point, squared_distance
@@ -45,7 +45,7 @@ ROUNDS_OF_BALLS = 6  # of balls inside; one or two shut all leaks that were seen
 class RolledSurface(NamedTuple):
     """A probe rolled over inferred atoms and balls, on which dots of any density are placed."""
 
-    rolled: RolledProbe
+    rolled: Rolled
     centres: np.ndarray  # (S, 3) float64, Å, of the spheres: atoms, then balls
     radii: np.ndarray  # (S,) float64, Å
     n_atoms: int
@@ -80,7 +80,7 @@ def rolled_surface(
     # so that no ball keeps the probe from where it lies at another dot
     sizes = np.concatenate([radii, -np.maximum(depth, 0) - ROUNDING_OF_DOTS])
     tree, outside = cKDTree(probes), np.empty((0, 3))
-    before: RolledProbe | None = None
+    before: Rolled | None = None
     for _ in range(ROUNDS_OF_BALLS):
         rolled = before = _roll_where_dots_lie(probes, spheres, sizes, probe, exact, before)
         found = rolled.rolling.probes[~rolled.left_out.probes] + rolled.origin
@@ -109,8 +109,8 @@ def _roll_where_dots_lie(
     sizes: np.ndarray,
     probe: float,
     exact: bool,
-    before: RolledProbe | None,
-) -> RolledProbe:
+    before: Rolled | None,
+) -> Rolled:
     """Roll a probe over spheres, and leave out the sets of its centres on which no probe centre of a dot lies."""
     rolled = roll_probe(spheres, sizes, probe, exact, before)
     rolling, places = rolled.rolling, probes - rolled.origin
