@@ -71,7 +71,7 @@ def _link(grid: PatchIndex, d_link: float) -> tuple[np.ndarray, np.ndarray]:
     link_start = np.zeros(n + 1, np.int64)
     link = np.full(2 * MIN_LINKS_PER_DOT * n, n, np.int32)
     for i in range(n):
-        x, y, z = xyz[i, 0], xyz[i, 1], xyz[i, 2]
+        x, y, z = point(xyz, i)
         columns = columns_around(grid.lattice, (x, y, z), d_link)
         first = m = link_start[i]
         for c in range(columns.n):

@@ -23,6 +23,7 @@ from sparsurf.patches.index import (
     room_around,
 )
 from sparsurf.patches.islands import patch_of, spread_words
+from sparsurf.surfaces.vectors import point
 from sparsurf.threads import parallel_map
 
 PUBLISHED_ROUGHNESS = "published"
@@ -143,7 +144,7 @@ def _sum_normals(
             lacking &= lacking - np.uint64(1)
         if word == 0:
             continue
-        x, y, z = normals[i, 0], normals[i, 1], normals[i, 2]
+        x, y, z = point(normals, i)
         inverse = 1.0 / math.sqrt(x * x + y * y + z * z)
         a[0], a[1], a[2], a[3], a[4], a[5], a[6] = x, y, z, x * inverse, y * inverse, z * inverse, 1.0
         if word == ALL_BITS:
@@ -169,7 +170,7 @@ def mean_cosine(normals: np.ndarray, ids: np.ndarray, begin: int, end: int) -> f
     """Return the mean over ids[begin:end] of cos(n_j, mean normal), at least 0; 1 for one normal. Normals have any length."""
     mx = my = mz = ux = uy = uz = 0.0
     for k in range(begin, end):
-        x, y, z = normals[ids[k], 0], normals[ids[k], 1], normals[ids[k], 2]
+        x, y, z = point(normals, ids[k])
         inverse = 1.0 / math.sqrt(x * x + y * y + z * z)
         mx += x
         my += y

@@ -16,7 +16,7 @@ from sparsurf.bits import lowest_bit
 from sparsurf.kernels import njit
 from sparsurf.patches.index import PatchIndex, ball
 from sparsurf.patches.islands import drop_small_islands, largest_island, mark_all
-from sparsurf.surfaces.vectors import point
+from sparsurf.surfaces.vectors import point, slots
 
 MAX_SUBSETS = 64  # per pass
 MIN_SUBSETS_FOR_JOINT_SEARCH = 16  # fewer subsets are faster to search one by one
@@ -300,7 +300,7 @@ def _join(
     i = ids[k]
     slot[i], parent[k], count[k], first[k] = k, k, 1, index.dot[i]
     root = k
-    for e in range(index.link_start[i], index.link_start[i + 1]):
+    for e in slots(index.link_start, i):
         neighbour = slot[index.link[e]]
         if neighbour >= 0:
             other = _root(parent, np.intp(neighbour))

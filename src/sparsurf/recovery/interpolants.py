@@ -19,6 +19,7 @@ import numpy as np
 from sparsurf.kernels import njit
 from sparsurf.patches.index import PatchIndex, build_grid
 from sparsurf.recovery.neighbours import local_spacing, nearest_on_same_side
+from sparsurf.surfaces.vectors import point
 from sparsurf.threads import parallel_map
 
 # The dot itself counts. With 8 the error is a third larger, and with 24 a twentieth smaller
@@ -184,7 +185,7 @@ def interpolant_value(
     x, y, z = (x - index.xyz[i, 0]) / s, (y - index.xyz[i, 1]) / s, (z - index.xyz[i, 2]) / s
     # whole arrays: a view of a row costs more than reading its numbers
     centre, c = functions.centre, functions.coefficient
-    nx, ny, nz = index.normals[i, 0], index.normals[i, 1], index.normals[i, 2]
+    nx, ny, nz = point(index.normals, i)
     f = u = v = w = 0.0
     for a in range(centre.shape[2]):
         dx, dy, dz = x - centre[i, 0, a], y - centre[i, 1, a], z - centre[i, 2, a]

@@ -12,7 +12,7 @@ from sparsurf.kernels import njit
 from sparsurf.patches.index import PatchIndex, ball, build_grid, select_separated
 from sparsurf.recovery.interpolants import DOTS_PER_TASK, Interpolants, fit_interpolants, interpolant_value
 from sparsurf.surfaces.spacing import DENSITY
-from sparsurf.surfaces.vectors import point
+from sparsurf.surfaces.vectors import point, set_point
 from sparsurf.threads import parallel_map
 
 # A farthest-point subset lies within 0.9 spacings of every dot; a larger reach only helps very uneven subsets.
@@ -115,7 +115,7 @@ def _place_discs(
     nearby, rivals = np.empty(len(index.dot) + 1, np.int32), np.empty((3, FIRST_RIVALS))
     m = 0
     for i in range(begin, end):
-        x, y, z = index.xyz[i, 0], index.xyz[i, 1], index.xyz[i, 2]
+        x, y, z = point(index.xyz, i)
         u, v = _tangents(index.normals[i])
         radius = reach * functions.spacing[i]
         # A rival farther away than twice the radius is nearer to no point of the disc
@@ -126,7 +126,7 @@ def _place_discs(
             r = radius * math.sqrt(k / per_dot[i - begin])
             a, b = r * cosine[k], r * sine[k]
             px, py, pz = x + a * u[0] + b * v[0], y + a * u[1] + b * v[1], z + a * u[2] + b * v[2]
-            free[n, 0], free[n, 1], free[n, 2] = px, py, pz
+            set_point(free, n, (px, py, pz))
             n += 0 if _nearer_to_rival(rivals, n_rivals, px, py, pz, r) else 1
         m = _project(functions, i, free[:n], steps, 0.5 * radius, points, normals, m)
     return points[:m].copy(), normals[:m].copy()
@@ -187,7 +187,7 @@ def _project(
 ) -> int:
     """Move points (n, 3) onto f = 0 of dot i; write those that converge, with normals, from row m on; return the next row."""
     for k in range(len(starts)):  # in one call, since passing the functions takes as long as a step
-        x, y, z = starts[k, 0], starts[k, 1], starts[k, 2]
+        x, y, z = point(starts, k)
         f = g = u = v = w = 0.0
         for _ in range(steps):
             f, u, v, w = interpolant_value(functions, i, x, y, z)
@@ -200,7 +200,7 @@ def _project(
             if abs(f) < MAX_RESIDUAL * g:
                 break
         if g >= MIN_GRADIENT and abs(f) < MAX_RESIDUAL * g:
-            points[m, 0], points[m, 1], points[m, 2] = x, y, z
-            normals[m, 0], normals[m, 1], normals[m, 2] = u / g, v / g, w / g
+            set_point(points, m, (x, y, z))
+            set_point(normals, m, (u / g, v / g, w / g))
             m += 1
     return m

@@ -7,6 +7,7 @@ import numpy as np
 from sparsurf.kernels import njit
 from sparsurf.patches.index import PatchIndex
 from sparsurf.surfaces.grid import cells_within
+from sparsurf.surfaces.vectors import point
 
 # A full list forces a comparison, and a longer one takes memory for every cell
 WAITING = 8  # chosen dots that a cell may have to compare with its dots
@@ -73,10 +74,10 @@ def _farthest_positions(
     waiting, n_waiting = np.empty((n_cells, WAITING), np.int32), np.zeros(n_cells, np.int32)
     for k in range(n_cells):
         limit[k], best[k] = unlimited, begin[k]
-        x0, y0, z0 = index.xyz[begin[k], 0], index.xyz[begin[k], 1], index.xyz[begin[k], 2]
+        x0, y0, z0 = point(index.xyz, begin[k])
         x1, y1, z1 = x0, y0, z0
         for q in range(begin[k] + 1, begin[k + 1]):
-            x, y, z = index.xyz[q, 0], index.xyz[q, 1], index.xyz[q, 2]
+            x, y, z = point(index.xyz, q)
             x0, y0, z0 = min(x0, x), min(y0, y), min(z0, z)
             x1, y1, z1 = max(x1, x), max(y1, y), max(z1, z)
         box[k, 0], box[k, 1], box[k, 2], box[k, 3], box[k, 4], box[k, 5] = x0, y0, z0, x1, y1, z1
@@ -94,7 +95,7 @@ def _farthest_positions(
     p, reach2 = first[0], unlimited
     for i in range(n):
         out[i] = p
-        x, y, z = index.xyz[p, 0], index.xyz[p, 1], index.xyz[p, 2]
+        x, y, z = point(index.xyz, p)
         # Wider than rounding, which might leave out a cell; a cell too many costs one comparison
         radius = 1.000001 * np.sqrt(reach2)
         a0, a1 = cells_within(x, radius, origin[0], side, n_x)
@@ -150,7 +151,7 @@ def _compare(
     for w in range(n_waiting[k]):
         i = waiting[k, w]
         p = out[i]
-        x, y, z = index.xyz[p, 0], index.xyz[p, 1], index.xyz[p, 2]
+        x, y, z = point(index.xyz, p)
         for q in range(begin, end):
             dx, dy, dz = index.xyz[q, 0] - x, index.xyz[q, 1] - y, index.xyz[q, 2] - z
             d2 = dx * dx + dy * dy + dz * dz

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from sparsurf.kernels import njit
 from sparsurf.patches.index import R_PATCH, PatchIndex, ball_bound
 from sparsurf.patches.islands import patch_of
-from sparsurf.surfaces.vectors import point, squared_distance
+from sparsurf.surfaces.vectors import point, slots, squared_distance
 
 BITS = 64  # of a word
 PAIRS_PER_BLOCK = 1 << 16  # pairs drawn at a time, so that their random numbers stay in a core's cache
@@ -173,12 +173,12 @@ def _expected_n_s(cover: Cover, combinations: np.ndarray) -> np.ndarray:
         if k == 0 or gamma != combinations[k - 1, 2] or delta != combinations[k - 1, 3]:
             for c in range(len(cover.centre)):
                 power = gamma * (1.0 + cover.roughness[c]) + delta
-                for q in range(cover.start[c], cover.start[c + 1]):
+                for q in slots(cover.start, c):
                     decay[q] = math.exp(-power * cover.log_ratio[q]) if power > 0 else 1.0
         not_kept[:] = 1.0
         for c in range(len(cover.centre)):
             p_at_edge = alpha * (1.0 - cover.roughness[c]) ** beta
-            for q in range(cover.start[c], cover.start[c + 1]):
+            for q in slots(cover.start, c):
                 # p exceeds 1 beyond r_patch of a centre that moved, and the authors' code keeps such a dot for certain
                 not_kept[np.uintp(cover.dot[q])] *= 1.0 - min(p_at_edge * decay[q], 1.0)
         for c in range(len(cover.centre)):
@@ -229,7 +229,7 @@ def _sample(
     dot, log_ratio, before = cover.dot, cover.log_ratio, cover.start[first]
     for c in range(first, last):
         log_a, power = _log_p(alpha, beta, gamma, delta, cover.roughness[c])
-        for q in range(cover.start[c], cover.start[c + 1]):
+        for q in slots(cover.start, c):
             pair = np.uintp(q)
             minus_log_p = power * log_ratio[pair] - log_a if power > 0 else -log_a
             keep[np.uintp(dot[pair])] |= random[np.uintp(q - before)] > minus_log_p
@@ -305,7 +305,7 @@ def _enter(
     least = np.full(cover.n_dots, np.inf)  # ln alpha above which the dot is kept
     for c in range(len(cover.centre)):
         log_a, power = _log_p(1.0, beta, gamma, delta, cover.roughness[c])
-        for q in range(cover.start[c], cover.start[c + 1]):
+        for q in slots(cover.start, c):
             pair = np.uintp(q)
             minus_log_p = power * cover.log_ratio[pair] - log_a if power > 0 else -log_a
             dot = np.uintp(cover.dot[pair])

@@ -9,6 +9,7 @@ import numpy as np
 from sparsurf.kernels import njit
 from sparsurf.recovery.spheres.explanations import touched_atoms
 from sparsurf.surfaces.surface import Surface, SurfaceOrigin
+from sparsurf.surfaces.vectors import slots
 
 TOUCH = 1e-5  # Å, of a probe and an atom: rounding
 SAME_PROBE = 1e-3  # Å, between centres of one probe: far above rounding, and far below the distance between lattice points
@@ -70,7 +71,7 @@ def set_cover(candidates: np.ndarray, touches: Touches, lacks: np.ndarray, used:
                 continue
             i, now = candidates[e], 0
             if not used[touches.first[i]]:
-                for k in range(touches.start[i], touches.start[i + 1]):
+                for k in slots(touches.start, i):
                     now += 1 if lacks[touches.atom[k]] > 0 else 0
             if now < gain:
                 level[e] = now
@@ -79,6 +80,6 @@ def set_cover(candidates: np.ndarray, touches: Touches, lacks: np.ndarray, used:
             out[n] = i
             n += 1
             used[touches.first[i]] = True
-            for k in range(touches.start[i], touches.start[i + 1]):
+            for k in slots(touches.start, i):
                 lacks[touches.atom[k]] -= 1
     return out[:n].copy()

@@ -55,6 +55,8 @@ from sparsurf.surfaces.vectors import (
     dot,
     doubled,
     point,
+    scaled,
+    set_point,
     squared_distance,
     subtract,
     vector_at,
@@ -208,7 +210,7 @@ def _cone(axis: Vector, height: float, e1: Vector, e2: Vector, low: float, high:
     """
     radius = math.sqrt(max(0.0, 1 - height * height))
     n = max(1, math.ceil((high - low) / LONGEST_PIECE))
-    middle, opposite = add_scaled((0.0, 0.0, 0.0), height, axis), (-axis[0], -axis[1], -axis[2])
+    middle, opposite = scaled(height, axis), (-axis[0], -axis[1], -axis[2])
     area, previous = (1 + height) * (high - low), (0.0, 0.0, 0.0)
     for k in range(n + 1):
         phi = low + (high - low) * k / n
@@ -269,7 +271,7 @@ def _add_saddles(rolling: Rolling, left_out: np.ndarray, probe: float, area: np.
 def _write_cap(caps: np.ndarray, row: int, axis: Vector, height: float) -> None:
     """Write the cap of the unit sphere beyond the plane v . axis = height; the axis need not be a unit vector."""
     length = max(math.sqrt(dot(axis, axis)), 1e-300)
-    caps[row, 0], caps[row, 1], caps[row, 2] = axis[0] / length, axis[1] / length, axis[2] / length
+    set_point(caps, row, (axis[0] / length, axis[1] / length, axis[2] / length))
     caps[row, 3] = height / length
 
 

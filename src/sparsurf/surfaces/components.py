@@ -38,7 +38,17 @@ from sparsurf.surfaces.rolling_probe import (
     no_enclosed_centres,
 )
 from sparsurf.surfaces.surface import COMPONENT_FIELD, CONCAVE, SADDLE, Surface
-from sparsurf.surfaces.vectors import Vector, add_scaled, cross, dot, point, subtract, vector_at
+from sparsurf.surfaces.vectors import (
+    Vector,
+    add_scaled,
+    cross,
+    dot,
+    point,
+    scaled,
+    set_point,
+    subtract,
+    vector_at,
+)
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -601,7 +611,7 @@ def _points_on_borders(
             for c in range(3):
                 towards[a, e, c] = v[c] / size
             if e < 2:
-                points[m, 0], points[m, 1], points[m, 2] = point(towards[a], e)
+                set_point(points, m, point(towards[a], e))
                 owner[m], m = a, m + 1
     for a in range(n_arcs):
         for b in range(n_arcs):
@@ -609,7 +619,7 @@ def _points_on_borders(
                 for side in (1.0, -1.0):
                     on_circle = _on_circle(point(towards[a], 2), half[a], point(towards[b], e), side)
                     if _is_on_arc(add_scaled(centre, reach, on_circle), rolling.arcs[arcs[a]]):
-                        points[m, 0], points[m, 1], points[m, 2] = on_circle
+                        set_point(points, m, on_circle)
                         owner[m], m = a, m + 1
     return points[:m], owner[:m]
 
@@ -623,7 +633,7 @@ def _on_circle(axis: Vector, half: float, target: Vector, side: float) -> Vector
         least = min(x, y, z)
         other = (1.0, 0.0, 0.0) if x == least else (0.0, 1.0, 0.0) if y == least else (0.0, 0.0, 1.0)
         across = cross(axis, other)
-    across = add_scaled((0.0, 0.0, 0.0), side * math.sin(half) / math.sqrt(dot(across, across)), across)
+    across = scaled(side * math.sin(half) / math.sqrt(dot(across, across)), across)
     return add_scaled(across, math.cos(half), axis)
 
 

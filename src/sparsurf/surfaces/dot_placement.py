@@ -44,6 +44,8 @@ from sparsurf.surfaces.vectors import (
     cross,
     dot,
     point,
+    scaled,
+    slots,
     squared_distance,
     subtract,
     vector_at,
@@ -391,7 +393,7 @@ def _contact_dots(
     m = 0
     for i in range(len(atoms.centre)):
         radius, centre = atoms.reach[i] - probe, point(atoms.centre, i)
-        for n in range(templates.first[templates.of_atom[i]], templates.first[templates.of_atom[i] + 1]):
+        for n in slots(templates.first, templates.of_atom[i]):
             if is_free[m]:
                 unit = point(templates.units, n)
                 position = add_scaled(centre, radius, unit)
@@ -478,9 +480,9 @@ def _saddle_dots(
                 filled += n > 0
                 for m in range(n):
                     phi = arc[PHI_0] + turn * (m + offset) / n
-                    outward = add_scaled((0.0, 0.0, 0.0), math.cos(phi), vector_at(arc, E1))
+                    outward = scaled(math.cos(phi), vector_at(arc, E1))
                     outward = add_scaled(outward, math.sin(phi), vector_at(arc, E2))
-                    normal = add_scaled((0.0, 0.0, 0.0), math.cos(theta), outward)
+                    normal = scaled(math.cos(theta), outward)
                     normal = add_scaled(normal, -math.sin(theta), vector_at(arc, U))
                     position = add_scaled(add_scaled(vector_at(arc, T), radius, outward), -probe, normal)
                     _write(dots, slot, owner, position, normal, area, SADDLE, origin, atom_of_owner)
@@ -584,7 +586,7 @@ def _inside_other(
             d = math.sqrt(dot(w, w))
             if d > reach + within:
                 continue
-            for b in range(rolling.first_arc[k], rolling.first_arc[k + 1]):
+            for b in slots(rolling.first_arc, k):
                 if not left_out.arcs[b] and _arc_within(position, rolling.arcs[b], within):
                     return True
             # The patch of k is nearest straight outwards from its centre

@@ -36,6 +36,9 @@ from sparsurf.surfaces.vectors import (
     cross,
     dot,
     point,
+    scaled,
+    set_point,
+    slots,
     squared_distance,
     subtract,
     vector_at,
@@ -143,7 +146,7 @@ def _write_lies_on(
     centre, reach = rolling.atoms.centre, rolling.atoms.reach
     touched = np.empty(3, np.int64)
     for n in range(len(positions)):
-        inward = add_scaled((0.0, 0.0, 0.0), -probe, point(normals, n))
+        inward = scaled(-probe, point(normals, n))
         place, m, is_free = subtract(point(positions, n), inward), 0, True
         columns = columns_around(grid.lattice, place, grid.lattice.side)
         for c in range(columns.n):
@@ -304,7 +307,7 @@ def _search_centres(
                 d = math.sqrt(d2)
                 if abs(d - reach) > root:
                     continue
-                for b in range(rolling.first_arc[k], rolling.first_arc[k + 1]):
+                for b in slots(rolling.first_arc, k):
                     if enclosed.arcs[b] or not _may_be_nearer(position, rolling.arcs[b], best):
                         continue
                     candidate, is_on_arc = nearest_on_arc(position, rolling.arcs[b])
@@ -321,7 +324,7 @@ def _search_centres(
         gap[n] = math.sqrt(best)
         if source >= 0:
             atom[n] = _owner(position, nearest, kind[n], source, rolling)
-        centres[n, 0], centres[n, 1], centres[n, 2] = nearest
+        set_point(centres, n, nearest)
 
 
 @njit(cache=True, nogil=True)

@@ -26,6 +26,8 @@ from sparsurf.surfaces.vectors import (
     dot,
     doubled,
     point,
+    set_point,
+    slots,
     squared_distance,
     subtract,
     vector_at,
@@ -160,7 +162,7 @@ def _overlaps(
                 distance[p, 0], near[total + p, 0] = d2, k
                 m += 1
         if not visited[i]:
-            for slot in range(old_start[old[i]], old_start[old[i] + 1]):
+            for slot in slots(old_start, old[i]):
                 if total + m == len(near):
                     near = doubled(near)
                 near[total + m, 0] = place[old_near[slot]]
@@ -175,7 +177,7 @@ def blocker(position: Vector, i: int, atoms: RolledAtoms, guess: int) -> int:
     """Return a neighbour of atom i whose sphere contains the position, or -1; `guess`, an atom or -1, is tried first."""
     if guess >= 0 and squared_distance(point(atoms.centre, guess), position) < atoms.reach[guess] ** 2:
         return guess
-    for slot in range(atoms.start[i], atoms.start[i + 1]):
+    for slot in slots(atoms.start, i):
         k = atoms.near[slot]
         if squared_distance(point(atoms.centre, k), position) < atoms.reach[k] ** 2:
             return k
@@ -206,7 +208,7 @@ def _circle(centre: np.ndarray, reach: np.ndarray, i: int, j: int, row: np.ndarr
 def _cutters(row: np.ndarray, i: int, j: int, atoms: RolledAtoms, cutter: np.ndarray) -> int:
     """List the neighbours of i that cut a circle, as slots; return their number, or -1 if one covers the whole circle."""
     n, t, u, radius = 0, vector_at(row, T), vector_at(row, U), row[ARC_RADIUS]
-    for slot in range(atoms.start[i], atoms.start[i + 1]):
+    for slot in slots(atoms.start, i):
         k = atoms.near[slot]
         if k == j:
             continue
@@ -240,7 +242,7 @@ def without_covered_circles(atoms: RolledAtoms) -> RolledAtoms:
     start, near, total = np.zeros(len(atoms.start), np.int64), np.empty(len(atoms.near), np.int32), 0
     cutter, row = np.empty(_longest_list(atoms.start), np.int64), np.empty(N_ARC_COLUMNS)
     for i in range(len(atoms.centre)):
-        for slot in range(atoms.start[i], atoms.start[i + 1]):
+        for slot in slots(atoms.start, i):
             j = atoms.near[slot]
             if not _circle(atoms.centre, atoms.reach, i, j, row) or _cutters(row, i, j, atoms, cutter) >= 0:
                 near[total] = j
@@ -314,7 +316,7 @@ def _arcs(atoms: RolledAtoms, visited: np.ndarray) -> tuple[np.ndarray, np.ndarr
     for i in range(len(start) - 1):
         if not visited[i]:
             continue
-        for slot_j in range(start[i], start[i + 1]):
+        for slot_j in slots(start, i):
             j = near[slot_j]
             if j < i or not _circle(atoms.centre, atoms.reach, i, j, row):
                 continue
@@ -350,7 +352,7 @@ def _arcs(atoms: RolledAtoms, visited: np.ndarray) -> tuple[np.ndarray, np.ndarr
                     centre = add_scaled(centre, row[ARC_RADIUS] * math.sin(phi), vector_at(row, E2))
                     to_k = subtract(point(atoms.centre, near[slot_k]), vector_at(row, T))
                     side = int(dot(cross(vector_at(row, U), to_k), subtract(centre, vector_at(row, T))) > 0)
-                    probes[n_probes, 0], probes[n_probes, 1], probes[n_probes, 2] = centre
+                    set_point(probes, n_probes, centre)
                     ends[n_probes, 0], ends[n_probes, 1], ends[n_probes, 2] = i, slot_j, slot_k
                     ends[n_probes, 3], ends[n_probes, 4], ends[n_probes, 5] = side, j, near[slot_k]
                     n_probes += 1
@@ -400,7 +402,7 @@ def is_enclosed(position: Vector, atom: int, rolling: Rolling, enclosed: Enclose
 def nearest_arc(position: Vector, atom: int, arcs: np.ndarray, order: np.ndarray, first: np.ndarray) -> int:
     """Return the arc around an atom, of `arcs_of_atoms`, that is nearest to a position."""
     nearest, best = -1, np.inf
-    for slot in range(first[atom], first[atom + 1]):
+    for slot in slots(first, atom):
         distance = squared_distance_to_arc(position, arcs[order[slot]])
         if distance < best:
             nearest, best = order[slot], distance

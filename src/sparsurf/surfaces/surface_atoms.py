@@ -43,7 +43,7 @@ from sparsurf.surfaces.rolling_probe import (
 )
 from sparsurf.surfaces.spheres import Spheres
 from sparsurf.surfaces.surface import Placement, Rules, Surface
-from sparsurf.surfaces.vectors import point, squared_distance, vector_at
+from sparsurf.surfaces.vectors import point, slots, squared_distance, vector_at
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -391,7 +391,7 @@ def _holders(
     first, holder, n = np.zeros(len(positions) + 1, np.int64), np.empty(16 * len(positions) + 64, np.int64), 0
     for q in range(len(positions)):
         position, begin = point(positions, q), n
-        for slot in range(atoms.start[owner[q]], atoms.start[owner[q] + 1]):
+        for slot in slots(atoms.start, owner[q]):
             k = atoms.near[slot]
             if chosen[k] and not is_local:
                 continue
@@ -421,7 +421,7 @@ def _cover(first: np.ndarray, holder: np.ndarray, n_atoms: int) -> np.ndarray:
     begin[1:] = np.cumsum(count)
     free, held = begin[:-1].copy(), np.empty(len(holder), np.int64)
     for q in range(len(first) - 1):
-        for slot in range(first[q], first[q + 1]):
+        for slot in slots(first, q):
             held[free[holder[slot]]] = q
             free[holder[slot]] += 1
     candidates, is_left = np.flatnonzero(count), np.ones(len(first) - 1, np.bool_)
@@ -433,9 +433,9 @@ def _cover(first: np.ndarray, holder: np.ndarray, n_atoms: int) -> np.ndarray:
         if best < 0 or count[best] == 0:
             return chosen
         chosen[best] = True
-        for slot in range(begin[best], begin[best + 1]):
+        for slot in slots(begin, best):
             q = held[slot]
             if is_left[q]:
                 is_left[q] = False
-                for other in range(first[q], first[q + 1]):
+                for other in slots(first, q):
                     count[holder[other]] -= 1

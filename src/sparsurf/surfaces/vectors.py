@@ -16,6 +16,18 @@ def point(rows: np.ndarray, i: int | np.integer) -> Vector:
 
 
 @njit(cache=True, nogil=True)
+def set_point(rows: np.ndarray, i: int | np.integer, v: Vector) -> None:
+    """Write a vector into row i of an (N, 3) array, or into the first columns of a wider one."""
+    rows[i, 0], rows[i, 1], rows[i, 2] = v
+
+
+@njit(cache=True, nogil=True)
+def slots(start: np.ndarray, i: int | np.integer) -> range:
+    """Return the entries of the list of i, where the lists follow one another and `start` is the first of each."""
+    return range(start[i], start[i + 1])
+
+
+@njit(cache=True, nogil=True)
 def vector_at(row: np.ndarray, first: int) -> Vector:
     """Return three columns of a row of `arcs`, from column `first` on."""
     return row[first], row[first + 1], row[first + 2]
@@ -31,6 +43,12 @@ def subtract(a: Vector, b: Vector) -> Vector:
 def add_scaled(a: Vector, s: float, b: Vector) -> Vector:
     """Return a + s b."""
     return a[0] + s * b[0], a[1] + s * b[1], a[2] + s * b[2]
+
+
+@njit(cache=True, nogil=True)
+def scaled(s: float, a: Vector) -> Vector:
+    """Return s a."""
+    return add_scaled((0.0, 0.0, 0.0), s, a)
 
 
 @njit(cache=True, nogil=True)

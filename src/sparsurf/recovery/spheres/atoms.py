@@ -23,6 +23,8 @@ from sparsurf.surfaces.vectors import (
     dot,
     doubled,
     point,
+    scaled,
+    set_point,
     squared_distance,
     subtract,
 )
@@ -157,7 +159,7 @@ def append(rows: np.ndarray, n: int, centre: Vector, radius: float, touches: int
     """Write a candidate into row n, of a longer array where there is no such row."""
     if n == len(rows):
         rows = doubled(rows)
-    rows[n, 0], rows[n, 1], rows[n, 2] = centre
+    set_point(rows, n, centre)
     rows[n, 3], rows[n, 4] = radius, touches
     return rows
 
@@ -180,7 +182,7 @@ def centres_of_spheres(
     w2 = dot(w, w)
     if w2 <= MIN_TRIPLE:
         return False, (origin, origin)
-    middle = add_scaled((0.0, 0.0, 0.0), dot(c, c) / (2 * w2), cross(w, b))
+    middle = scaled(dot(c, c) / (2 * w2), cross(w, b))
     middle = add_scaled(middle, dot(b, b) / (2 * w2), cross(c, w))
     height2 = radius**2 - dot(middle, middle)
     if height2 <= MIN_HEIGHT2:
@@ -250,7 +252,7 @@ def _refine(probes: PatchIndex, atoms: np.ndarray, probe: float, tolerance: floa
                 break
             step = _solved(s)
             if dot(step, step) < MAX_STEP**2:
-                atoms[i, 0], atoms[i, 1], atoms[i, 2] = add_scaled(centre, 1.0, step)
+                set_point(atoms, i, add_scaled(centre, 1.0, step))
 
 
 @njit(cache=True, nogil=True)
@@ -314,14 +316,14 @@ def _second_atoms(
         if atom < 0:
             continue
         e1 = subtract(point(grid.xyz, atom), centre)
-        e1 = add_scaled((0.0, 0.0, 0.0), 1.0 / math.sqrt(dot(e1, e1)), e1)
-        inward = add_scaled((0.0, 0.0, 0.0), -1.0, point(normals, i))
+        e1 = scaled(1.0 / math.sqrt(dot(e1, e1)), e1)
+        inward = scaled(-1.0, point(normals, i))
         along = dot(inward, e1)
         e2 = add_scaled(inward, -along, e1)
         length = math.sqrt(dot(e2, e2))
         if along >= 1.0 - max(1e-5, 8 * tolerance**2) or length <= MIN_ACROSS:
             continue  # a contact dot touches no second atom
-        e2 = add_scaled((0.0, 0.0, 0.0), 1.0 / length, e2)
+        e2 = scaled(1.0 / length, e2)
         # The dot lies between the directions to both atoms
         beyond = math.acos(max(-1.0, min(1.0, along))) + BEYOND_DOT
         for e in range(near.shape[1]):

@@ -30,6 +30,8 @@ from sparsurf.surfaces.vectors import (
     dot,
     doubled,
     point,
+    set_point,
+    slots,
     squared_distance,
     subtract,
 )
@@ -194,7 +196,7 @@ def _explain(
         nearest, best = 2.0 * angle, -1
         for a in range(m):
             to_atom = _unit(subtract(point(centres, touched[first + a]), point(probes, i)))
-            directions[a, 0], directions[a, 1], directions[a, 2] = to_atom
+            set_point(directions, a, to_atom)
             across = cross(to_atom, inward)
             off = math.sqrt(dot(across, across))
             if off < nearest and dot(to_atom, inward) > 0:
@@ -287,7 +289,7 @@ def _surplus(place: Vector, reach: float, witnesses: _Witnesses) -> int:
             if is_new:
                 total += 1
                 if n < MAX_PROBES_OF_PLACE:
-                    distinct[n, 0], distinct[n, 1], distinct[n, 2] = point(grid.xyz, q)
+                    set_point(distinct, n, point(grid.xyz, q))
                     n += 1
             to_place = _unit(subtract(place, point(grid.xyz, q)))
             inward = (-normals[i, 0], -normals[i, 1], -normals[i, 2])
@@ -295,7 +297,7 @@ def _surplus(place: Vector, reach: float, witnesses: _Witnesses) -> int:
             if dot(across, across) < angle**2 and dot(to_place, inward) > 0:
                 total += 2
                 continue
-            for slot in range(found.start[i], found.start[i + 1]):
+            for slot in slots(found.start, i):
                 to_atom = _unit(subtract(point(centres, found.touched[slot]), point(probes, i)))
                 if _off_plane(to_place, to_atom, inward, MIN_PLANE_OF_NEW) < angle:
                     total += 1
@@ -333,7 +335,7 @@ def _places(
                     exist, places = centres_of_spheres(origin, b, c, r + probe)
                     for side in range(2 if exist else 0):
                         rows, n = _append_if_confirmed(rows, n, places[side], r, probe, witnesses)
-        for slot in range(found.start[i], found.start[i + 1]):
+        for slot in slots(found.start, i):
             e1 = _unit(subtract(point(centres, found.touched[slot]), origin))
             inward = (-normals[i, 0], -normals[i, 1], -normals[i, 2])
             along = dot(inward, e1)

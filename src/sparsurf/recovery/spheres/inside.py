@@ -12,6 +12,7 @@ import numpy as np
 
 from sparsurf.kernels import njit
 from sparsurf.patches.index import PatchIndex, build_grid
+from sparsurf.surfaces.vectors import point, slots
 from sparsurf.threads import parallel_map
 
 EDGE_OF_CUBES = 8.0  # Å, edge of the cubes whose dots are seen as one from afar
@@ -67,14 +68,14 @@ def _solid_angles(
     out, far2 = np.empty(len(points)), (FAR * grid.lattice.side) ** 2
     for i in range(len(points)):
         total = 0.0
-        x, y, z = points[i, 0], points[i, 1], points[i, 2]
+        x, y, z = point(points, i)
         for k in range(len(middle)):
             u, v, w = middle[k, 0] - x, middle[k, 1] - y, middle[k, 2] - z
             d2 = u * u + v * v + w * w
             if d2 > far2:
                 total += (u * normal[k, 0] + v * normal[k, 1] + w * normal[k, 2]) / (d2 * math.sqrt(d2))
                 continue
-            for q in range(first[k], first[k + 1]):
+            for q in slots(first, k):
                 u, v, w = grid.xyz[q, 0] - x, grid.xyz[q, 1] - y, grid.xyz[q, 2] - z
                 d2 = u * u + v * v + w * w + ADDED_TO_SQUARES
                 along = u * grid.normals[q, 0] + v * grid.normals[q, 1] + w * grid.normals[q, 2]
