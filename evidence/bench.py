@@ -86,6 +86,30 @@ TIMED_COPIES = (1, 4, 63, 336)  # of the embedded structure: 953, 4,000, 60,000 
 SIZES_OF_DENSITY = (("209-247", 1), (None, 4), (None, 16))  # residues and copies: 600, 4,000 and 15,000 atoms
 # What grows: molecules by residues and copies, structures of a study, frames of a trajectory
 MOLECULES = (("209-240", 1), (None, 1), (None, 4), (None, 16), (None, 64))  # 500 to 61,000 atoms
+SHELL_ATOMS, SHELL_RADIUS = 58_440, 130.0  # Å, of a hollow ball, whose mesh takes the most memory
+# Of a checkout, on the spheres of a file: prints CPU seconds of `surface` and `minimal`, or of `mesh`, and the peak memory
+ANSWERS = """
+import sys, time
+import numpy as np
+import sparsurf
+from measures.memory import peak_memory
+spheres, repeats = tuple(np.load(sys.argv[1]).values()), int(sys.argv[2])
+def seconds(run, repeats):
+    spent = []
+    for _ in range(repeats):
+        begin = time.process_time()
+        run()
+        spent.append(time.process_time() - begin)
+    return sorted(spent)[len(spent) // 2]
+if sys.argv[3] == "mesh":
+    spent = seconds(lambda: sparsurf.mesh(spheres, density=0.5), 1), np.nan
+else:
+    dots = sparsurf.surface(spheres)
+    warm = repeats > 1 and sparsurf.minimal(dots, error=0.02)
+    spent = [seconds(run, repeats) for run in (
+        lambda: sparsurf.surface(spheres), lambda: sparsurf.minimal(dots, error=0.02))]
+print(*spent, peak_memory())
+"""
 STRUCTURES, FRAMES = (1, 10, 100, 1000, 5000), (100, 1000, 10_000)
 MAX_PAGES = 100  # structures at most that are planned with pages of their own
 
@@ -97,6 +121,7 @@ MAX_PAIR = {720: None, 14_400: 8, 50_000: 120}  # by the dots of each partner
 MAX_FRAME = 0.25  # one frame of an ensemble of 953 atoms
 MAX_READ_POINTS, MAX_POINTS = 1.5, 1.8  # points over their surface, with and without reading
 MAX_GROWTH = 1.1  # cost of an atom over that in a molecule of 4,000 atoms
+MAX_MINIMAL = 8  # `minimal` over the surface of the molecule
 MAX_DEFAULT_DENSITY = 1.2  # dots of the default density over those of the same density by hand
 MAX_MEMORY, MAX_NOTHING = 400, 5
 
@@ -306,6 +331,41 @@ def measure_commands(table: Table, tree: Path = ROOT, kernels: str | None = None
             table.add(f"{name}, peak memory", None, float(memory) / 1e6, "MB")
 
 
+def measure_answers(table: Table, quick: bool, tree: Path = ROOT, kernels: str | None = None) -> None:
+    """Measure in a checkout what `minimal` costs over `surface` as molecules grow, a mesh of a shell, and the start of a shim."""
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(tree / "src"), str(ROOT / "evidence")])}
+    environment |= {"NUMBA_CACHE_DIR": kernels} if kernels else {}
+    with tempfile.TemporaryDirectory() as folder:
+
+        def answer(xyz: np.ndarray, sizes: np.ndarray, repeats: int, kind: str) -> list[float]:
+            np.savez(Path(folder, "spheres.npz"), xyz, sizes)
+            command = [sys.executable, "-c", ANSWERS, "spheres.npz", str(repeats), kind]
+            return [*map(float, process(*command, cwd=folder, env=environment)().stdout.split()[-3:])]
+
+        for residues, copies in MOLECULES[: 2 if quick else None]:
+            spheres = embedded(residues, copies)
+            n, repeats = len(spheres[1]), 1 if copies == MOLECULES[-1][1] else table.repeats
+            placing, choosing, memory = answer(*spheres, repeats, "minimal")
+            table.add(f"surface, {n} atoms", None, placing, "s")
+            table.add(f"minimal, {n} atoms", None, choosing, "s")
+            most = None if quick else MAX_MINIMAL
+            table.add(f"ratio, minimal to surface, {n} atoms", None, choosing / placing, "times", most=most)
+            table.add(f"minimal, peak memory, {n} atoms", None, memory / 1e6, "MB")
+        n = 600 if quick else SHELL_ATOMS
+        height, turn = 1 - (2 * np.arange(n) + 1) / n, np.pi * (1 + 5**0.5) * np.arange(n)
+        across = np.sqrt(1 - height**2)
+        unit = np.stack([across * np.cos(turn), across * np.sin(turn), height], axis=1)
+        spent, _, memory = answer(SHELL_RADIUS * (n / SHELL_ATOMS) ** 0.5 * unit, np.full(n, 1.7), 1, "mesh")
+        table.add(f"mesh of a shell, {n} atoms", None, spent, "s")
+        table.add(f"mesh of a shell, {n} atoms, peak memory", None, memory / 1e6, "MB")
+        xyz, sizes = embedded()
+        np.savetxt(Path(folder, "p.xyzr"), np.column_stack([xyz, sizes]), "%.3f")
+        shim = "import sys; from sparsurf.cli.msms import main; sys.exit(main(sys.argv[1:]))"
+        arguments = ["-c", shim, "-if", "p.xyzr", "-of", "p"]
+        cpu, wall = timed(process(sys.executable, *arguments, cwd=folder, env=environment), table.repeats)
+        table.add("`sparsurf-msms`, a warm process", None, cpu, "s", wall)
+
+
 def measure_study(table: Table, tree: Path = ROOT) -> None:
     """Measure the default study of a checkout from the start, and again with nothing to do.
 
@@ -492,6 +552,7 @@ def main(out: str | Path, quick: bool = False, base: str | None = None) -> None:
         measure_frames(table, quick)
         measure_surfaces(table, quick)
         measure_commands(table)
+        measure_answers(table, quick)
         missing = measure_peers(table, surface)
     _, dots, steps = steps_of("quick" if quick else "A1", None, copies[-1]).values()
     memory = steps[LAST_STEP][2] / dots
@@ -548,6 +609,7 @@ def figures_of(base: str, quick: bool) -> list[dict[str, Any]]:
         kernels, out = str(Path(folder, "kernels")), Path(folder, "bench.json")
         table = Table(1 if quick else 3)
         measure_commands(table, tree, kernels)
+        measure_answers(table, quick, tree, kernels)
         if not quick:
             measure_study(table, tree)
         places = {"PYTHONPATH": tree / "src", "NUMBA_CACHE_DIR": kernels, "SPARSURF_SHARED": SHARED}
