@@ -14,8 +14,8 @@ from sparsurf.arguments import ERROR_LIMITS, Limits
 from sparsurf.errors import InputError, argument
 from sparsurf.patches.index import D_LINK
 from sparsurf.suggestions import public
+from sparsurf.surfaces.grid import pairs_within
 from sparsurf.surfaces.spacing import refuse_sparse
-from sparsurf.surfaces.vectors import pairs_within
 
 if TYPE_CHECKING:
     from pathlib import Path
