@@ -12,8 +12,6 @@ from sparsurf.evaluation.trials import Trials
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.recovery.errors import (
     DENSITY_FOR_ERRORS,
-    EVERYWHERE,
-    curvature,
     distance_to_recovered,
     error_table,
 )
@@ -33,7 +31,7 @@ def enough_table(prepared: PreparedSurface, error: float, hydrogens: bool) -> pd
     distance = distance_to_recovered(
         prepared.points, few.points, few.normals, prepared.threads, DENSITY_FOR_ERRORS
     )
-    table = error_table(distance, curvature(prepared.index), kept).set_index("where").loc[EVERYWHERE]
+    table = error_table(distance, None, kept).iloc[0]
     numbers = 100 * np.array([len(kept), *(interval or (np.nan, np.nan))]) / len(prepared)
     row = {"limit": error, **dict(zip(("n_S_percent", "low", "high"), numbers, strict=True))}
     row["density"] = len(kept) / prepared.area

@@ -142,7 +142,7 @@ def share_kept(kept: int, n: int, interval: tuple[float, float] | None) -> str:
 
 def _error(result: Representation) -> str:
     """Return the sentence on the error of the surface that is reconstructed from the subset."""
-    trials, errors = result.trials, result.errors(available_cores()).iloc[0]
+    trials, errors = result.trials, result.errors(available_cores(), everywhere=True).iloc[0]
     is_rebuilt = errors["reconstruction"] == SPHERES
     surface = (
         "rebuilt on the atoms that these dots determine" if is_rebuilt else "interpolated between these dots"

@@ -2,7 +2,7 @@
 
 import logging
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from pathlib import Path
@@ -77,7 +77,7 @@ class Subset(Shown):
     sampler: str = "farthest"
     reconstruction: Model = INTERPOLANT
     decided_by: str = ""
-    measure_errors: Callable[[], pd.DataFrame] | None = field(default=None, repr=False)
+    measure_errors: Callable[..., pd.DataFrame] | None = field(default=None, repr=False)
 
     def __repr__(self) -> str:
         return f"Subset of {len(self):,} dots of {self.weight.sum():,}"
@@ -119,7 +119,7 @@ class Subset(Shown):
         """Mean distance of the surface from the one that is reconstructed from the dots, Å, measured when it is first read."""
         if self.measure_errors is None:
             raise InputError("error: this subset has lost its surface; choose it with minimal().")
-        return float(self.measure_errors()["mean"].iloc[0])
+        return float(self.measure_errors(everywhere=True)["mean"].iloc[0])
 
     @property
     def model(self) -> str:
@@ -172,26 +172,29 @@ class Representation:
         """Reconstruct the surface from the subset: densely, and at a density at which it is compared with the whole surface."""
         return self.trials.reconstructed(self.subset.dots)
 
-    def errors(self, threads: int = 1) -> pd.DataFrame:
+    def errors(self, threads: int = 1, everywhere: bool = False) -> pd.DataFrame:
         """Return the distances of the true surface from the one reconstructed from the subset: the rows of recovered.csv.
 
         They are measured on independent dots of the whole surface, each with the exact distance of the nearest reconstructed dot
         from the true surface. Where the atoms of the dots are not known, they are distances of the dots that were not kept from
         the planes of the reconstructed dots.
+
+        With `everywhere`, only the first row is measured, and without the descriptors that no sentence states.
         """
         few, prepared, test = self.subset, self.trials.prepared, self.trials.test_surface
         points, kept = (prepared.points, few.dots) if test is None else (test.points, np.empty(0, int))
-        index = prepared.index if test is None else build_grid(test.points, test.normals)
-        back = self.reconstructed()
-        errors = error_table(
-            back.distances(points, threads, self.trials.rolled), curvature(index, threads=threads), kept
-        )
+        bend, back = None, self.reconstructed()
+        if not everywhere:
+            index = prepared.index if test is None else build_grid(test.points, test.normals)
+            bend = curvature(index, threads=threads)
+        errors = error_table(back.distances(points, threads, self.trials.rolled), bend, kept)
         low, high = few.interval or (np.nan, np.nan)
         of_subset = {"n_S_percent": len(few), "n_S_percent_low": low, "n_S_percent_high": high}
         of_subset = {key: 100 * n / len(prepared) for key, n in of_subset.items()}
         of_subset |= {"density": len(few) / prepared.area}
         of_subset["back_99"] = float(np.quantile(self.trials.distances_back(back.dense), TAIL_QUANTILE))
-        of_subset |= recovered_z(prepared, back.comparable, self.trials.tests)
+        names = DESCRIPTORS_OF_ERRORS[: 1 if everywhere else None]
+        of_subset |= recovered_z(prepared, back.comparable, self.trials.tests, names)
         errors.loc[0, list(of_subset)] = list(of_subset.values())
         about = {"measured_on": NOT_KEPT if test is None else INDEPENDENT}
         about |= {"sampler": few.sampler, "reconstruction": back.model, "decided_by": few.decided_by}
@@ -314,11 +317,16 @@ def on_molecule(dots: Surface, molecule: Molecule, settings: Settings) -> Surfac
     )
 
 
-def recovered_z(prepared: PreparedSurface, reconstructed: Surface, tests: np.ndarray) -> dict[str, float]:
-    """Compute Z of a reconstructed surface, at test dots, by two descriptors: the columns Z_<descriptor>."""
+def recovered_z(
+    prepared: PreparedSurface,
+    reconstructed: Surface,
+    tests: np.ndarray,
+    names: Sequence[str] = DESCRIPTORS_OF_ERRORS,
+) -> dict[str, float]:
+    """Compute Z of a reconstructed surface, at test dots, by descriptors: the columns Z_<descriptor>."""
     out = {}
     index = build_index(reconstructed.points, reconstructed.normals, prepared.patches.d_link)
-    for name in DESCRIPTORS_OF_ERRORS:
+    for name in names:
         view = prepared.with_descriptor(name)
         z = view.distances_to_index(index, tests, view.describe(tests)[0])[0]
         out[f"Z_{name}"] = float(z.mean())

@@ -101,11 +101,17 @@ def kept_out(values: np.ndarray, kept: np.ndarray) -> np.ndarray:
     return np.delete(values, kept, axis=0)
 
 
-def error_table(distance: np.ndarray, curvature: np.ndarray, kept: np.ndarray) -> pd.DataFrame:
-    """Summarise the errors (Å) of the dots that were not kept, everywhere, in clefts, flats and ridges: rows of recovered.csv."""
-    distance, curvature = kept_out(distance, kept), kept_out(curvature, kept)
-    regions = {EVERYWHERE: np.full(len(curvature), True), "clefts": curvature < -MIN_CURVATURE}
-    regions |= {"flats": np.abs(curvature) <= MIN_CURVATURE, "ridges": curvature > MIN_CURVATURE}
+def error_table(distance: np.ndarray, curvature: np.ndarray | None, kept: np.ndarray) -> pd.DataFrame:
+    """Summarise the errors (Å) of the dots that were not kept, everywhere, in clefts, flats and ridges: rows of recovered.csv.
+
+    Without a curvature there is the first row alone.
+    """
+    distance = kept_out(distance, kept)
+    regions = {EVERYWHERE: np.full(len(distance), True)}
+    if curvature is not None:
+        bend = kept_out(curvature, kept)
+        regions |= {"clefts": bend < -MIN_CURVATURE, "flats": np.abs(bend) <= MIN_CURVATURE}
+        regions["ridges"] = bend > MIN_CURVATURE
     rows = []
     for name, inside in regions.items():
         errors = distance[inside] if inside.any() else np.array([np.nan])
