@@ -95,7 +95,7 @@ def paper_page(data: dict[str, Any]) -> dict[str, Any]:
         "probability": probability(data["surface"], data["defects"]),
         "orientation": orientation(references, data["turned"]),
         "parameter_free": {"holds": both(False), "links": ends},
-        "univocal": {"holds": both(False), "numbers": COEFFICIENTS},
+        "univocal": {"holds": both(True), "numbers": COEFFICIENTS},
     }
     reduced = said_of_grid(grid)
     for name in OF_WHOLE_GRID if reduced else ():
@@ -399,7 +399,8 @@ def curve(table: pd.DataFrame) -> dict[str, Any]:
     for _, rows in points.groupby("row"):
         k = int((rows["d"] < 0).to_numpy().argmax())  # 0 where d is never below 0
         if k and rows["d"].iloc[0] > 0:
-            crossings.append(rows["ratio"].iloc[k])
+            (before, after), (high_d, low_d) = rows[["ratio", "d"]].iloc[k - 1 : k + 1].to_numpy().T
+            crossings.append(before + (after - before) * high_d / (high_d - low_d))
     step = max(1, math.ceil((high - low) / 6))
     levels = []
     for level in range(low, high + 1):
