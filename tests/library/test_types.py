@@ -30,7 +30,7 @@ density = sparsurf.density_for(0.02, sampler="cover")
 WRONG = [
     'sparsurf.read_molecule("protein.pdb", hydrogens="add")',
     'sparsurf.surface(molecule, density="fine")',
-    'sparsurf.surface(molecule, radii="bondy")',
+    "sparsurf.surface(molecule, radii=1.5)",
     'sparsurf.surface(molecule, cavities="rm")',
     'sparsurf.surface(molecule, reentrant="exactly")',
     'sparsurf.surface(molecule, boundary="included")',

@@ -117,7 +117,7 @@ def chimerax_script(script: str, dots: str, molecule: str | None, scale: Scale |
     lines = [f"{BEGIN_OF_CHIMERAX_SCRIPT}{_quoted(script)}"]
     if molecule is not None:
         lines += [f"open {_quoted(molecule)}", "hide atoms", "cartoon"]
-    key = [] if scale is None else [_chimerax_key(scale)]
+    key = [_chimerax_key(scale)] if scale and len(scale.places) > 1 else []  # which needs two colours
     return "\n".join([*lines, f"open {_quoted(dots)}", *key, "set bgColor white", "view", ""])
 
 

@@ -138,11 +138,12 @@ class DotsToWrite:
     @property
     def scale(self) -> Scale | None:
         """The numbers (N,) that give colours, and these colours; None for the kinds."""
-        name, molecule = self.coloured_by, _molecule_of(self)[0]
+        name = self.coloured_by
         if not name:
             return None
         values = (self.table if name in self.table else self.surface.fields)[name]
-        return scale_of(name, values, self.limits, molecule is not None and molecule.is_prediction)
+        is_prediction = getattr(_molecule_of(self)[0], "is_prediction", False)
+        return scale_of(name, values, self.limits, is_prediction)
 
     def key(self, output: str | Path) -> Scale | None:
         """Return the scale that colours a file of the dots; None for kinds, one colour, and a format without colours."""

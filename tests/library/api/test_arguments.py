@@ -153,6 +153,7 @@ ELSEWHERE = {
     ("frames", "rank_by"): "api/test_frames.py",
     **{("show", name): "views/test_page.py" for name in ("rank", "rank_by")},
     ("show", "open_browser"): "api/test_show.py",
+    **{(name, "limits"): "surfaces/test_colours.py" for name in ("show", "write")},
     ("roughness", "roughness"): "test_kinds.py",
     ("error_at", "sampler"): "recovery/test_law.py",
     ("recover", "reconstruction"): "recovery/test_spheres.py",

@@ -129,7 +129,7 @@ def test_every_example_of_the_help_runs(folder, line, tmp_path, monkeypatch, cap
     told = [each for each in shown.err.splitlines() if not each.startswith("Compiling")]
     if "-o" in words:
         out = words[words.index("-o") + 1]
-        begins = ("wrote ", "The ", "Its Z is", "sparsurf: warning: protein.pdb: ")
+        begins = ("wrote ", "coloured by ", "The ", "Its Z is", "sparsurf: warning: protein.pdb: ")
         assert all(each.startswith(begins) for each in told) and (out == "-") == (told == [])
         assert shown.out.count("\n") > 1 if out == "-" else (folder / out).stat().st_size > 100
 

@@ -157,6 +157,22 @@ def test_one_value_and_values_of_some_dots_are_told(blob):
     assert some.colours[:5].tolist() == [GREY] * 5
 
 
+def test_a_page_opens_with_the_first_field_and_the_limits(blob, monkeypatch):
+    monkeypatch.setattr("webbrowser.open", lambda link: True)
+    dots = Surface(*blob, fields={"height": blob[0][:, 2]})
+    pages = [sparsurf.show(dots, limits=limits, open_browser=False).html for limits in (None, (0, 1), (0, 2))]
+    assert len(set(pages)) == 3  # the colours are packed in it
+    assert dots.show(limits=(0, 1)).html == pages[1]
+    with pytest.raises(InputError, match=r"limits is \(1, 0\)"):
+        sparsurf.show(dots, limits=(1, 0))
+
+
+def test_one_value_has_no_key_where_a_key_needs_two_colours(blob, tmp_path):
+    for name in ("a.cxc", "a.pml"):
+        sparsurf.write(Surface(*blob, fields={"height": np.full(len(blob[0]), 20.0)}), tmp_path / name)
+        assert not re.search(r"^(key|cmd\.ramp_new)", (tmp_path / name).read_text(), re.M)
+
+
 def test_a_picture_has_the_first_field_with_its_bar(blob):
     pytest.importorskip("matplotlib", reason="matplotlib is installed by the extra `plot`")
     from sparsurf.views import pictures
