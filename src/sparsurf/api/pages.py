@@ -77,10 +77,12 @@ def page_of_surface(
     colour: str = "roughness",
     values: np.ndarray | None = None,
     limits: ColourLimits = None,
+    regions: Sequence[list[Any]] = (),
 ) -> str:
     """Return the page of a surface: its picture, its residues if the dots know their molecule, and what was left out.
 
     It opens in the colours of `values` (N,) of the dots, or of `colour`: 'roughness', 'kind' or a field. `limits` are theirs.
+    `regions` are the area, Å^2, and the residues of each region of the field.
     Of dots whose atoms are known, the roughness is
     that of the whole surface. Of other dots whose patches would be fragmented, the surface that is reconstructed from them is
     shown; it has no roughness where they are too few.
@@ -189,6 +191,7 @@ def page_of_surface(
         colour="kind" if has_kinds or not named else f"value {first}",
         order=[] if table is None else in_list(table)[0],
         n_ranked=0 if table is None else in_list(table)[1],
+        regions=regions,
         is_prediction=molecule is not None and molecule.is_prediction,
     )
     facts = Facts(

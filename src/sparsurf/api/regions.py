@@ -12,6 +12,7 @@ from sparsurf.api.inputs import SurfaceLike, as_dots, has_atoms
 from sparsurf.api.surfaces import surface as surface_of
 from sparsurf.arguments import ERROR_LIMITS, Limits
 from sparsurf.errors import InputError, argument
+from sparsurf.molecules.unwrapping import pieces
 from sparsurf.patches.index import D_LINK
 from sparsurf.suggestions import public
 from sparsurf.surfaces.grid import pairs_within
@@ -78,10 +79,6 @@ def regions(
     >>> bool((table["peak"] > 1).all())
     True
     """
-    # here: it takes long to load
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
     if (above is None) == (below is None):
         raise InputError(f"regions: give a threshold, either {argument('above')} or {argument('below')}.")
     name, limit, is_past, peak, end = (
@@ -107,9 +104,8 @@ def regions(
         return "; ".join(dict.fromkeys(labels))
 
     points = surface.points[past]
-    pairs = pairs_within(points, points, d_link)
-    graph = coo_array((np.ones(len(pairs[0])), pairs))
-    found = rows.groupby(connected_components(graph, directed=False)[1]).agg(
+    links = np.column_stack(pairs_within(points, points, d_link))
+    found = rows.groupby(pieces(links, len(points))).agg(
         area=("area", "sum"), dots=("area", "size"), mean=("value", "mean"), peak=("value", peak),
         residues=("atom", named), **{axis: (axis, "mean") for axis in "xyz"},
     ).sort_values("area", ascending=False, kind="stable", ignore_index=True)  # fmt: skip

@@ -421,9 +421,14 @@ def _write_column(
 def _write_profile(
     path: Path, table: pd.DataFrame, about: About, surface: Surface | None, output: str
 ) -> None:
-    """Write the page or the picture of a table of residues."""
-    from sparsurf.api.pages import page_of_residues, refuse_other_table, save_picture
+    """Write the page or the picture of a table of residues, or the page that lists a table of regions."""
+    from sparsurf.api.pages import page_of_residues, page_of_surface, refuse_other_table, save_picture
 
+    if surface and "region" in table:
+        regions = table[["area", "residues"]].to_numpy().tolist()
+        page = page_of_surface(surface, about, next(iter(surface.fields)), regions=regions)
+        path.write_text(page, encoding="utf-8")
+        return
     refuse_other_table(table, output)
     if path.suffix == ".html":
         named = about if about.name else replace(about, name=Path(output).stem)

@@ -7,15 +7,17 @@ from sparsurf.arguments import D_LINK
 from sparsurf.cli import options, outputs
 from sparsurf.files import pluralise
 
+FORMATS = (*writing.TABLE_FORMATS, *writing.PAGE_ENDINGS)
 EXAMPLES = """\
 A region is a connected set of dots at which the field is above (or below) the threshold. The table has a row for each, the
 largest first: region, area (Å^2), dots, mean and peak of the field, residues, and the centre x, y, z (Å). Compare two states at
 the same threshold. The walls of closed cavities are left out, unless --cavities keep is given. With --field enclosure, regions
-are enclosed surface; they are not ranked as binding sites.
+are enclosed surface; they are not ranked as binding sites. A .html file is the page of `sparsurf show` in the colours of the
+field, with the residues of the regions in its list.
 
 examples:
   sparsurf regions protein.pdb --field hydropathy --above 1 -o patches.csv
-  sparsurf regions protein.pdb --field potential --below -1 -o negative.csv
+  sparsurf regions protein.pdb --field potential --below -1 -o negative.html
   sparsurf regions protein.pdb --field enclosure --above 2 -o enclosed.npz
 """
 
@@ -23,16 +25,20 @@ examples:
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     parser.add_argument("file", metavar="FILE", help="structure or dots")
-    options.add_output(parser, writing.TABLE_FORMATS)
-    help_text = "a field of the dots: %(choices)s, a map, a column of --table or of a file of dots"
-    choices = options.SeveralNames("field")
-    parser.add_argument("--field", required=True, choices=choices, metavar="NAME", help=help_text)
+    options.add_output(parser, FORMATS)
+    parser.add_argument(
+        "--field", required=True, choices=options.SeveralNames("field"), metavar="NAME",
+        help="a field of the dots: %(choices)s, a map, a column of --table or of a file of dots",
+    )  # fmt: skip
     threshold = parser.add_mutually_exclusive_group(required=True)
-    for end in ("above", "below"):
-        help_text = f"list the regions whose dots have values {end} this one"
-        threshold.add_argument(f"--{end}", type=float, help=help_text)
-    help_text = "area of the smallest region that is listed, Å^2 (default 20)"
-    parser.add_argument("--min-area", type=float, default=20, help=help_text)
+    threshold.add_argument("--above", type=float, help="list the regions whose dots have higher values")
+    threshold.add_argument("--below", type=float, help="list the regions whose dots have lower values")
+    parser.add_argument(
+        "--min-area",
+        type=float,
+        default=20,
+        help="area of the smallest region that is listed, Å^2 (default 20)",
+    )
     options.add_values_of_atoms(parser)
     options.add_molecule(parser)
     options.add_placement(parser, " remove")
@@ -40,12 +46,12 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> None:
-    """Write the table of regions."""
-    outputs.check(args, writing.TABLE_FORMATS)
+    """Write the table of regions, or the page that lists them."""
+    outputs.check(args, FORMATS)
     surface, _ = options.read_dots(args, "remove")
     from sparsurf.api.regions import regions, with_field  # here: wrong arguments need no numba
 
     surface = with_field(surface, args.field, **options.values_of_atoms(args))
     table = regions(surface, *surface.fields, above=args.above, below=args.below, min_area=args.min_area)
-    writing.write_table(args.output, table)
+    writing.write_table(args.output, table, about=options.about(args), surface=surface)
     outputs.report(args, f"{pluralise(len(table), 'region')}, {table['area'].sum():,.0f} Å^2")

@@ -99,18 +99,15 @@ class Unwrapping:
     @cached_property
     def _molecule(self) -> np.ndarray:
         """Number of the molecule of each atom (A,): what bonds join."""
-        from scipy.sparse.csgraph import connected_components
-
-        return np.asarray(connected_components(_graph(self.bonds, int(self.n_atoms)), directed=False)[1])
+        return pieces(self.bonds, int(self.n_atoms))
 
     @cached_property
     def _tree(self) -> tuple[list[int], np.ndarray]:
         """Atoms after the ones that they are linked to, and the latter (A,); the first of each piece is its own."""
-        from scipy.sparse.csgraph import breadth_first_order, connected_components
+        from scipy.sparse.csgraph import breadth_first_order
 
         n_atoms = int(self.n_atoms)
-        graph = _graph(self.links, n_atoms)
-        _, label = connected_components(graph, directed=False)
+        graph, label = _graph(self.links, n_atoms), pieces(self.links, n_atoms)
         steps: list[int] = []
         parent = np.arange(n_atoms)
         for root in np.unique(label, return_index=True)[1]:
@@ -182,9 +179,7 @@ def _links(near: Near, n_atoms: int) -> np.ndarray:
     pairs, length, across = near
     direct, image = pairs[length < MAX_LINK], pairs[(length >= MAX_LINK) & (across < MAX_LINK)]
     if len(image):
-        from scipy.sparse.csgraph import connected_components
-
-        _, piece = connected_components(_graph(direct, n_atoms), directed=False)
+        piece = pieces(direct, n_atoms)
         image = image[piece[image[:, 0]] != piece[image[:, 1]]]
     return np.concatenate([direct, image])
 
@@ -227,9 +222,10 @@ def _bond_crosses(near: Near, residue_index: np.ndarray) -> bool:
 
 def _contacts(xyz: np.ndarray, box: np.ndarray, links: np.ndarray) -> np.ndarray:
     """Find the shortest contacts (molecules - 1, 2) that join all molecules, among some atoms of each."""
-    from scipy.sparse.csgraph import connected_components, minimum_spanning_tree
+    from scipy.sparse.csgraph import minimum_spanning_tree
 
-    n_molecules, label = connected_components(_graph(links, len(xyz)), directed=False)
+    label = pieces(links, len(xyz))
+    n_molecules = label.max() + 1
     if not 1 < n_molecules <= MAX_MOLECULES:
         return np.empty((0, 2), int)
     members = [np.flatnonzero(label == molecule) for molecule in range(n_molecules)]
@@ -244,6 +240,13 @@ def _contacts(xyz: np.ndarray, box: np.ndarray, links: np.ndarray) -> np.ndarray
             pair[i, j] = first[nearest[0]], second[nearest[1]]
     tree = minimum_spanning_tree(distance).tocoo()
     return np.array([pair[int(i), int(j)] for i, j in zip(tree.row, tree.col, strict=True)])
+
+
+def pieces(links: np.ndarray, n: int) -> np.ndarray:
+    """Return the number of the piece that each of n points belongs to, (n,): points that links (L, 2) connect are one."""
+    from scipy.sparse.csgraph import connected_components
+
+    return np.asarray(connected_components(_graph(links, n), directed=False)[1])
 
 
 def _graph(links: np.ndarray, n_atoms: int) -> csr_array:

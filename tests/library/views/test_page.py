@@ -289,6 +289,28 @@ def test_the_ligands_of_an_assembly_and_of_the_model_that_was_read_are_drawn(tmp
     assert "LIG" not in with_surroundings(replace(first, xyz=first.xyz + 1)).residue_name
 
 
+def test_the_page_of_regions_lists_their_residues_in_the_colours_of_the_field(browser, tmp_path):
+    path = tmp_path / "page.html"
+    call = ["regions", str(TDP43), "--field", "mean_curvature", "--above", "0.4", "--min-area", "5", "-q"]
+    assert command.main([*call, "-o", str(path)]) == 0
+    table = sparsurf.regions(TDP43, "mean_curvature", above=0.4, min_area=5)
+    header, _ = unpacked(path.read_text(encoding="utf-8"))
+    assert header["values"][int(header["colour"].removeprefix("value "))]["symbol"] == "mean_curvature"
+    browser.open(path.as_uri())
+    browser.wait_for(READY)
+    listed = browser.run("return rows().map((row) => [...row.children].map((part) => part.textContent))")
+    assert listed == [
+        [name, f"region {row.region}", f"{row.area:.1f}"]
+        for row in table.itertuples()
+        for name in row.residues.split("; ")
+    ]
+    assert len(table) > 2
+    browser.run("element('list').firstElementChild.click()")
+    said = browser.run("return element('chosen').textContent")
+    assert said.startswith(f"{listed[0][0]}: ") and f"in region 1 of {listed[0][2]} Å²" in said
+    assert browser.complaints() == []
+
+
 def test_a_prediction_is_coloured_by_the_bands_of_its_confidence(tmp_path, browser):
     lines = peptide(["ALA"] * 4).splitlines()
     given = [line[:60] + f"{(30, 60, 80, 95)[int(line[22:26]) - 1]:6.2f}" + line[66:] for line in lines]

@@ -22,6 +22,7 @@ function fillMenus() {
   element("inside").parentElement.hidden = !atoms.length;
   element("opacity").parentElement.hidden = !hasSurface();
   const lists = element("which");
+  if (inRegions().length) lists.add(new Option("regions (Å² of each)", "regions"));
   if (head.touching.length) lists.add(new Option(nFrames() > 1 ? "what touches what (% of frames; buried Å²)" : "what touches what (buried Å²)", "touching"));
   if (head.order.length) lists.add(new Option(`${head.orders} residues`, "ranked"));
   if (head.labels.length) lists.add(new Option("residues in order", "order"));
@@ -32,10 +33,16 @@ function fillMenus() {
   if (nFrames() > 1) element("frame").max = nFrames() - 1;
 }
 
+// The residues of the regions of a field: [residue, number of the region, its area].
+function inRegions() {
+  return head.regions.flatMap(([area, names], k) => names.split("; ").map((name) => [head.labels.indexOf(name), k + 1, area])).filter(([residue]) => residue >= 0);
+}
+
 // The rows of the list: [residue, words, number].
 function listed() {
   const which = element("which").value;
   if (which === "touching") return head.touching.map(([residue, unit, area, share]) => [residue, `with ${head.units[unit]}`, nFrames() > 1 ? `${share} %; ${number(area, 1)}` : number(area, 1)]);
+  if (which === "regions") return inRegions().map(([residue, region, area]) => [residue, `region ${region}`, number(area, 1)]);
   const residues = [...head.labels.keys()];
   if (which === "order" || which === "") return residues.map((residue) => [residue, "", ""]);
   return head.order.map((residue, place) => [residue, place < head.ranked ? "" : "not ranked", written(head.numbers[0], numberOf(0, residue, 0))]);
@@ -97,6 +104,7 @@ function describe() {
   if (r < 0) return (element("chosen").textContent = head.labels.length ? "Click a residue in the picture, in the list or in the profile, or search for one." : "");
   const said = head.numbers.map((table, k) => [table, numberOf(k, r)]).filter(([, value]) => value !== null).map(([table, value]) => `${table.name} ${written(table, value)}`);
   for (const [residue, unit, area] of head.touching) if (residue === r) said.push(`${number(area, 1)} Å² buried by ${head.units[unit]}`);
+  for (const [residue, region, area] of inRegions()) if (residue === r) said.push(`in region ${region} of ${number(area, 1)} Å²`);
   const isOn = meshes[view.frame].residues?.includes(r), isPart = data.kinds ? data.kinds[r] >= 0 && r < head.surfaced : true;
   const why = !hasSurface() || isOn ? "" : isPart ? " It has no surface here: it is buried." : " The surface leaves it out.";
   element("chosen").textContent = `${head.labels[r]}${said.length ? `: ${said.join("; ")}` : ""}.${why}`;

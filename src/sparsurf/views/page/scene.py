@@ -95,6 +95,7 @@ class PageScene:
     order, n_ranked : positions of the residues in the order of their list, which shows the first of the numbers, and how many of
         them are ranked
     orders : which residues that list begins with
+    regions : area, Å^2, of each region of a field, and the names of its residues, with semicolons between
     is_prediction : whether B factors are the confidence of a prediction
     turn : (3, 3), whose rows point right, up and to the viewer; by default the molecule lies flat
     """
@@ -113,6 +114,7 @@ class PageScene:
     order: Sequence[int] = ()
     n_ranked: int = 0
     orders: str = "roughest"
+    regions: Sequence[list[Any]] = ()
     is_prediction: bool = False
     turn: np.ndarray | None = None
 
@@ -148,6 +150,7 @@ class PageScene:
             "kinds": named_kinds() if self.surface is not None and (self.surface.kind >= 0).any() else [],
             "numbers": [_described(numbers) for numbers in self.numbers], "colour": self.colour, "orders": self.orders,
             "order": [int(residue) for residue in self.order], "ranked": self.n_ranked,
+            "regions": self.regions,
             "plddt": PLDDT_BANDS if self.is_prediction else [],
         }  # fmt: skip
         header |= self._contacts()
