@@ -208,13 +208,12 @@ def test_winding_numbers_of_a_ball_are_one_inside():
     assert np.allclose(closed.winding_numbers(places), [1, 1, 0, 0], atol=0.05)
 
 
-@pytest.mark.parametrize("radius", [14, 120])
-def test_solid_angles_are_those_of_every_dot(radius):
-    """Dots of a distant cube are seen as one, and so are those of a more distant block, within a hundredth of the whole angle."""
+def test_solid_angles_are_those_of_every_dot():
+    """Dots of a distant cube are seen as one, within a hundredth of the whole angle."""
     normals = sphere(900)[0]
-    points = radius * normals
+    points = 14 * normals
     closed = inside.Inside(points, normals, 1.1 * points, 0.9 * points)
-    places = np.concatenate([points_and_normals(30, part * radius)[0] for part in (0.86, 1.29)])
+    places = np.concatenate([points_and_normals(30, 12.0)[0], points_and_normals(30, 18.0)[0]])
     away = points - places[:, None]
     squares = (away**2).sum(axis=2) + inside.ADDED_TO_SQUARES
     angles = ((away * normals).sum(axis=2) / squares**1.5).sum(axis=1)
