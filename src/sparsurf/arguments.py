@@ -70,6 +70,7 @@ NUMBER_OF_DOTS = Limits(0, whole=True)
 STEP_LIMITS = Limits(0, 10)  # Å, of the grid of a mesh
 ERROR_LIMITS = Limits(0, open_low=False)  # Z
 FRAME = Limits(0, whole=True, open_low=False)
+JOBS = Limits(1, 1024, whole=True, open_low=False)
 DEFAULT_TEST_DOTS = 200  # of studies and functions
 DEFAULT_SEED = 20261120  # of studies, functions and commands alike
 PROBE_RADIUS = 1.4  # Å

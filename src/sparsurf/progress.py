@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterable, Iterator, Sized
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TypeVar
 
@@ -58,22 +58,26 @@ class Progress:
                 stage += f", about {duration(left)} left"
 
 
-def progress_bar(items: Iterable[Item], description: str, total: int | None = None) -> Iterable[Item]:
-    """Iterate over items and show how many are done, of `total` if they have no length; see `Progress`."""
-    return _counted(items, description, total) if enabled else items
-
-
-def _counted(items: Iterable[Item], description: str, total: int | None) -> Iterator[Item]:
-    """Iterate over items and count them."""
-    if total is None and isinstance(items, Sized):
-        total = len(items)
-    shown = Progress(description, total)
+def progress_bar(items: Sequence[Item], description: str) -> Iterator[Item]:
+    """Iterate over items and show how many are done; see `Progress`."""
+    shown = Progress(description, len(items))
     try:
         for item in items:
             yield item
             shown.advance()
     finally:
         shown.close()
+
+
+@contextmanager
+def hidden() -> Iterator[None]:
+    """Show no bars of what is one item of a loop."""
+    global enabled
+    shown, enabled = enabled, False
+    try:
+        yield
+    finally:
+        enabled = shown
 
 
 def tell(text: str) -> None:

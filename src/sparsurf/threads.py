@@ -16,6 +16,7 @@ from threadpoolctl import ThreadpoolController
 Task = TypeVar("Task")
 TaskResult = TypeVar("TaskResult")
 SECONDS_BETWEEN_LOOKS_AT_PARENT = 1.0
+_function: Callable[[Any], Any] | None = None  # of the pool that this process belongs to
 
 
 def ignore_numba_threads() -> None:
@@ -24,7 +25,9 @@ def ignore_numba_threads() -> None:
 
 
 def available_cores() -> int:
-    """Return the number of cores that this process may use."""
+    """Return the number of cores that this process may use; each of a pool uses one."""
+    if _function is not None:
+        return 1
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
@@ -33,12 +36,10 @@ def in_processes(
     tasks: Iterable[Task],
     jobs: int,
     waiting_per_job: int,
-    initializer: Callable[..., None] | None = None,
-    arguments: tuple[Any, ...] = (),
 ) -> Iterator[TaskResult]:
     """Yield the results of a function of each task in order, from several processes; few of them wait at a time.
 
-    Each process calls `initializer` with `arguments` first, and ends with this one, also where this one is killed. If the
+    A process that is forked shares what the function holds, and ends with this one, also where this one is killed. If the
     iterator is closed or interrupted, tasks that wait are cancelled.
     """
     import multiprocessing  # here: one process needs no others
@@ -47,10 +48,10 @@ def in_processes(
     methods = multiprocessing.get_all_start_methods()
     context = multiprocessing.get_context("fork" if "fork" in methods else None)
     waiting: deque[Future[TaskResult]] = deque()
-    with ProcessPoolExecutor(jobs, context, _begin_process, (os.getpid(), initializer, arguments)) as pool:
+    with ProcessPoolExecutor(jobs, context, _begin_process, (os.getpid(), function)) as pool:
         try:
             for task in tasks:
-                waiting.append(pool.submit(function, task))
+                waiting.append(pool.submit(_run, task))
                 if len(waiting) >= waiting_per_job * jobs:
                     yield waiting.popleft().result()
             while waiting:
@@ -60,8 +61,10 @@ def in_processes(
             raise
 
 
-def _begin_process(parent: int, initializer: Callable[..., None] | None, arguments: tuple[Any, ...]) -> None:
+def _begin_process(parent: int, function: Callable[[Any], Any]) -> None:
     """Begin a process of a pool, which would wait for tasks for ever where its parent was killed."""
+    global _function
+    _function = function
 
     def end_with_parent() -> None:
         while os.getppid() == parent:
@@ -69,8 +72,11 @@ def _begin_process(parent: int, initializer: Callable[..., None] | None, argumen
         os._exit(1)
 
     threading.Thread(target=end_with_parent, daemon=True).start()
-    if initializer is not None:
-        initializer(*arguments)
+
+
+def _run(task: Any) -> Any:
+    """Return what the function of this pool returns."""
+    return _function(task)  # type: ignore[misc]
 
 
 def bytes_of_memory() -> float:

@@ -20,14 +20,7 @@ from sparsurf.api.areas import (
 )
 from sparsurf.api.field_values import check_fields, refuse_maps
 from sparsurf.api.inputs import MoleculeLike, as_molecule, opened_source
-from sparsurf.api.parts import (
-    digest_of_arguments,
-    forget_other_parts,
-    part_file,
-    store_beside,
-    write_part,
-)
-from sparsurf.api.points import JOBS
+from sparsurf.api.parts import FORMATS, digest_of_arguments, in_parts, store_beside, table_writers
 from sparsurf.api.replacing import (
     COLUMNS_OF_CONTACTS,
     COLUMNS_OF_RANKING,
@@ -39,6 +32,7 @@ from sparsurf.api.replacing import (
 from sparsurf.api.surfaces import placement
 from sparsurf.api.writing import parse_output, write_file
 from sparsurf.arguments import (
+    JOBS,
     PROBE,
     RANK,
     RANK_BY,
@@ -62,7 +56,6 @@ from sparsurf.molecules.selection import Groups, Partners, groups_of_atoms, part
 from sparsurf.molecules.source import Source
 from sparsurf.molecules.trajectory import warn_of_stride
 from sparsurf.patches.index import D_LINK
-from sparsurf.progress import Progress
 from sparsurf.settings import Settings
 from sparsurf.streams import Streams
 from sparsurf.suggestions import did_you_mean, public
@@ -73,14 +66,13 @@ from sparsurf.surfaces.radii import PROBE_RADIUS
 from sparsurf.surfaces.radii import radii as atomic_radii
 from sparsurf.surfaces.spacing import DENSITY
 from sparsurf.surfaces.surface import Placement, Surface, SurfaceOrigin
-from sparsurf.threads import available_cores, in_processes
+from sparsurf.threads import available_cores
 
 if TYPE_CHECKING:
     import pandas as pd
 
 log = logging.getLogger("sparsurf")
 
-FORMATS = kinds.suffixes("frames")
 FRAMES_PER_PART = 10  # that are stored together, and computed again after a stop
 OF_FRAMES = ("xyz", "time_ps", "frame_number")  # arrays of a molecule with a row for each frame
 EXACT_AREAS = ("accessible", "relative", "buried")
@@ -276,13 +268,9 @@ def frames(
     if path is None:
         import pandas as pd  # here: it takes long to load
 
-        parts = [*_parts(atoms, request, jobs)]
-        tables = zip(*(_tables(atoms, request, *part) for part in parts), strict=True)
-        residues, of_frames = (pd.concat(column, ignore_index=True) for column in tables)
-        ranking = _ranking(atoms, request, lambda: (part for part, _ in parts))
-        return FrameTables(
-            residues, of_frames, ranking, _contacts(atoms, request, (part for part, _ in parts))
-        )
+        parts = [part for _, part in _parts(atoms, request, jobs)]
+        tables = _all_tables(atoms, request, lambda: iter(parts)).values()
+        return FrameTables(*(pd.concat(table, ignore_index=True) for table in tables))
     write_frames(atoms, request, path, jobs)
     return None
 
@@ -313,6 +301,20 @@ def frames_request(
     for field in chosen:
         kinds.load("field", field, "fields")
     return FramesRequest(rules, chosen, rank, rank_by)
+
+
+def _all_tables(
+    molecule: Molecule, request: FramesRequest, parts: Callable[[], Iterator[Part]]
+) -> dict[str, Any]:
+    """Return the four tables of all frames, each cut into several, by name; `parts` yields all parts whenever it is called."""
+
+    def tables(column: int) -> Iterator[pd.DataFrame]:
+        """Yield the tables of residues, 0, or of frames, 1, of each part."""
+        for k, part in enumerate(parts()):
+            yield _tables(molecule, request, part, k * FRAMES_PER_PART)[column]
+
+    ranking, contacts = _ranking(molecule, request, parts), _contacts(molecule, request, parts())
+    return {"residues": tables(0), "frames": tables(1), "ranking": [ranking], "contacts": [contacts]}
 
 
 def _ranking(molecule: Molecule, request: FramesRequest, parts: Callable[[], Iterator[Part]]) -> pd.DataFrame:
@@ -360,28 +362,16 @@ def write_frames(molecule: Molecule, request: FramesRequest, path: str | Path, j
     if suffix == ".parquet":
         import_pyarrow()
     with store_beside(path, "frames") as store:
-        done_before = 0
-        parts: list[tuple[Path, int]] = []
-        for file, first, was_there in _stored_parts(molecule, request, jobs, store, str(path)):
-            parts.append((file, first))
-            done_before += was_there
-
-        def tables(column: int) -> Iterator[pd.DataFrame]:
-            """Yield the tables of residues, 0, or of frames, 1, of each part."""
-            for file, first in parts:
-                yield _tables(molecule, request, _read_part(file), first)[column]
-
-        ranking = _ranking(molecule, request, lambda: (_read_part(file) for file, _ in parts))
-        contacts = _contacts(molecule, request, (_read_part(file) for file, _ in parts))
-        outputs = {
-            path: lambda: tables(0),
-            path_of_frames(path): lambda: tables(1),
-            path_of_frames(path, "ranking"): lambda: iter([ranking]),
-            path_of_frames(path, "contacts"): lambda: iter([contacts]),
-        }
-        for output, of_output in outputs.items():
-            write_file(output, FORMATS, {name: _writer(name, of_output()) for name in FORMATS})
-    return Written(molecule.n_frames, done_before, ranking)
+        files, computed = [], 0
+        for file, part in _parts(molecule, request, jobs, store):
+            files.append(file)
+            computed += 0 if part is None else len(part.frames)
+        tables = _all_tables(molecule, request, lambda: map(_read_part, files))
+        for name, table in tables.items():
+            output = path if name == "residues" else path_of_frames(path, name)
+            write_file(output, FORMATS, table_writers(table))
+    ranking = tables["ranking"][0]
+    return Written(molecule.n_frames, molecule.n_frames - computed, ranking)
 
 
 def _every(molecule: Molecule, stride: int) -> Molecule:
@@ -394,14 +384,16 @@ def _every(molecule: Molecule, stride: int) -> Molecule:
     return replace(molecule, **chosen)
 
 
-def part_of_frames(molecule: Molecule, request: FramesRequest, first: int, last: int, threads: int) -> Part:
+def part_of_frames(molecule: Molecule, request: FramesRequest, first: int, last: int) -> Part:
     """Measure the frames from position `first` up to `last`."""
     atom_radii = atomic_radii(molecule, request.rules.radii)
     settings = Settings().model_copy(update={"surface": request.rules})
     rows, tables, contacts = [], [], [np.zeros((0, 3))]
     partners = partners_of_request(molecule, request)
     for position in range(first, last):
-        frame = surface_of_frame(molecule, position, atom_radii, settings, Streams(name="frames"), threads)
+        frame = surface_of_frame(
+            molecule, position, atom_radii, settings, Streams(name="frames"), available_cores()
+        )
         table = residues_of_frame(frame, request, atom_radii, request.columns, partners)
         contacts.append(_contacts_of_frame(frame, partners))
         parts = summarize_components(columns_of_components(frame.surface, frame.component))
@@ -462,46 +454,28 @@ def _depth(dots: Surface, rolled: RolledFrame, molecule: Molecule, xyz: np.ndarr
     return depth_of_residues(molecule, depth_below(outside, xyz))
 
 
-def _bounds(n_frames: int) -> list[tuple[int, int]]:
-    """Return the first frame of each part, and the one after its last."""
-    return [(k, min(k + FRAMES_PER_PART, n_frames)) for k in range(0, n_frames, FRAMES_PER_PART)]
-
-
-def _parts(molecule: Molecule, request: FramesRequest, jobs: int) -> Iterator[tuple[Part, int]]:
-    """Yield the parts in order, with the position of the first frame of each."""
-    bounds = _bounds(molecule.n_frames)
-    progress = Progress("frames", molecule.n_frames)
-    for (first, last), part in zip(bounds, _measured(molecule, request, bounds, jobs), strict=True):
-        yield part, first
-        progress.advance(last - first)
-    progress.close()
-
-
-def _stored_parts(
-    molecule: Molecule, request: FramesRequest, jobs: int, store: Path, path: str
-) -> Iterator[tuple[Path, int, int]]:
-    """Yield the file of each part in order, its first frame, and how many of its frames were there before."""
-    bounds = _bounds(molecule.n_frames)
-    files = [part_file(store, digest) for digest in _digests(molecule, request, bounds)]
-    forget_other_parts(store, files, path, "part")
-    missing = [ends for ends, file in zip(bounds, files, strict=True) if not file.exists()]
-    n_before = molecule.n_frames - sum(last - first for first, last in missing)
-    progress = Progress("frames", molecule.n_frames, n_before)
-    computed = _measured(molecule, request, missing, jobs)
-    for (first, last), file in zip(bounds, files, strict=True):
-        was_there = (first, last) not in missing
-        if not was_there:
-            part = next(computed)
-            write_part(file, part._asdict())
-            progress.advance(last - first)
-        yield file, first, was_there * (last - first)
-    progress.close()
+def _parts(
+    molecule: Molecule, request: FramesRequest, jobs: int, store: Path | None = None
+) -> Iterator[tuple[Any, Any]]:
+    """Yield the file of each part in order, and the part, as `in_parts` does."""
+    n = molecule.n_frames
+    bounds = [(k, min(k + FRAMES_PER_PART, n)) for k in range(0, n, FRAMES_PER_PART)]
+    return in_parts(
+        bounds,
+        lambda ends: part_of_frames(molecule, request, *ends),
+        jobs,
+        "frames",
+        store,
+        _digests(molecule, request, bounds),
+        Part._asdict,
+        lambda ends: ends[1] - ends[0],
+    )
 
 
 def _read_part(file: Path) -> Part:
     """Read the numbers of a part."""
     with np.load(file, allow_pickle=False) as arrays:
-        return Part(arrays["frames"], arrays["residues"], arrays["contacts"])
+        return Part(**arrays)
 
 
 def _digests(molecule: Molecule, request: FramesRequest, bounds: list[tuple[int, int]]) -> Iterator[Any]:
@@ -517,33 +491,6 @@ def _digests(molecule: Molecule, request: FramesRequest, bounds: list[tuple[int,
         digest.update(f"{first} {last}".encode())
         digest.update(molecule.xyz[first:last].tobytes())
         yield digest
-
-
-PARTS_PER_JOB = 2  # that wait for their turn
-_shared: tuple[Molecule, FramesRequest] | None = None  # what the processes of `frames` share
-
-
-def _share(molecule: Molecule, request: FramesRequest) -> None:
-    """Keep the molecule in a process; one that is forked has it without a copy."""
-    global _shared
-    _shared = molecule, request
-
-
-def _part_in_process(ends: tuple[int, int]) -> Part:
-    """Measure a part in a process of several."""
-    assert _shared is not None
-    return part_of_frames(*_shared, *ends, 1)
-
-
-def _measured(
-    molecule: Molecule, request: FramesRequest, bounds: list[tuple[int, int]], jobs: int
-) -> Iterator[Part]:
-    """Yield the parts of some frames in order; few of them wait at a time."""
-    if jobs == 1 or len(bounds) < 2:
-        for ends in bounds:
-            yield part_of_frames(molecule, request, *ends, available_cores())
-        return
-    yield from in_processes(_part_in_process, bounds, jobs, PARTS_PER_JOB, _share, (molecule, request))
 
 
 def _tables(
@@ -563,23 +510,3 @@ def _tables(
     of_frames: dict[str, Any] = head | dict(zip(FRAME_COLUMNS, part.frames.T, strict=True))
     of_frames |= {name: of_frames[name].astype(np.int64) for name in ("components", "cavities", "dots")}
     return pd.DataFrame(of_residues), pd.DataFrame(of_frames)
-
-
-def _writer(suffix: str, tables: Iterator[pd.DataFrame]) -> Any:
-    """Return the function that writes tables one after another into a file."""
-
-    def csv(path: Path) -> None:
-        with path.open("w", encoding="utf-8", newline="") as stream:
-            for k, table in enumerate(tables):
-                table.to_csv(stream, index=False, header=k == 0, float_format="%.10g", lineterminator="\n")
-
-    def parquet(path: Path) -> None:
-        pyarrow = import_pyarrow()
-        first = next(tables)
-        schema = pyarrow.Schema.from_pandas(first, preserve_index=False).remove_metadata()
-        with pyarrow.parquet.ParquetWriter(path, schema, compression="zstd") as writer:
-            writer.write_table(pyarrow.Table.from_pandas(first, schema, preserve_index=False))
-            for table in tables:
-                writer.write_table(pyarrow.Table.from_pandas(table, schema, preserve_index=False))
-
-    return csv if suffix == ".csv" else parquet

@@ -546,14 +546,15 @@ def write(
             origin.refuse_molecule("write", atoms, frame)
     source: Any = result
     if isinstance(source, Points) and ends_in(path, ".parquet"):
-        from sparsurf.api.points import write_table_of_points  # here: it loads kernels
+        from sparsurf.api.parts import table_writers  # here: few results are such tables
 
         if about_fields:
             raise InputError("write: a table of points takes no names, colours or limits; leave them out.")
         files = getattr(atoms, "files", ())
         name = source.name if isinstance(source, NamedPoints) else title(files[0]) if files else ""
-        named = [NamedPoints.of_points(name, source)]
-        write_file(path, (".parquet",), {".parquet": lambda file: write_table_of_points(file, named, [], {})})
+        of_points = source.to_frame()
+        of_points.insert(0, "name", name)
+        write_file(path, (".parquet",), table_writers([of_points], {}))
         return
     if isinstance(source, Points):
         table = {name: column for name, column in source.columns().items() if name not in source.fields}

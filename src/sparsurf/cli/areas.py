@@ -5,14 +5,14 @@ from typing import Any
 
 from sparsurf.api import writing
 from sparsurf.api.inputs import is_file_of_spheres
-from sparsurf.cli import options, outputs
+from sparsurf.cli import folders, options, outputs
 from sparsurf.errors import InputError
 from sparsurf.files import pluralise
 
 TABLES = ("atoms", "residues", "chains", "groups", "pairs", "contacts")
 FORMATS = (*writing.TABLE_FORMATS, *writing.OF_COLUMN)
 WITH_RESIDUES = ("atoms", "residues", "contacts")  # tables with rows of residues
-EXAMPLES = """\
+EXAMPLES = f"""\
 The table has a row for each residue: its solvent-accessible and its solvent-excluded area (Å^2), the accessible area as a share
 of the largest one that the residue can have (relative; theoretical maxima of Tien et al., 2013; blank for residues that have
 none), the accessible area that its partners bury (Å^2), and the accessible area of its main chain, its side chain, its polar
@@ -30,6 +30,7 @@ where both are alone, and the reverse; half of their sum is the area of the inte
 FILE may also hold radii (.xyzr .xyzrn .pqr) or the elements of a small molecule (.sdf .mol .mol2), which get radii of Bondi; the
 table is then one of atoms.
 
+{folders.FOLDERS_IN_HELP}
 examples:
   sparsurf areas protein.pdb -o areas.csv
   sparsurf areas protein.pdb --radii bondi --of atoms -o atoms.csv
@@ -38,12 +39,13 @@ examples:
   sparsurf areas myoglobin.pdb --groups A+HEM --of contacts -o -
   sparsurf areas protein.pdb --trajectory run.xtc --frame 20 -o areas.csv
   sparsurf areas protein.pdb --column relative -o relative.pdb
+  sparsurf areas structures/ --of chains -o chains.csv
 """
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
-    parser.add_argument("file", metavar="FILE", help="structure, or a file with radii or elements")
+    folders.add_files(parser, "structure, a file with radii or elements")
     options.add_output(parser, FORMATS)
     help_text = f"what has a row: {', '.join(TABLES)}; default residues"
     parser.add_argument("--of", choices=TABLES, metavar="ROWS", help=help_text)
@@ -56,19 +58,35 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """Write the table."""
-    outputs.check(args, FORMATS)
-    options.refuse_column(args)
-    from sparsurf.api.areas import areas  # here: wrong arguments need no kernels
-
-    source: Any = args.file
-    rules = options.placement_options(args)
-    del rules["cavities"]  # no option of this command
     table_of = args.of or "residues"
     if args.residues is not None and table_of not in WITH_RESIDUES:
         raise InputError(
             f"--residues: the table of {table_of} has no rows of residues; leave the option out, or ask "
             f"for {', '.join(WITH_RESIDUES)}."
         )
+    if folders.written(args, FORMATS, _computed):
+        return
+    options.refuse_column(args)
+    table, computed = _computed(args)
+    writing.write_table(
+        args.output, table, column=args.column, molecule=computed.molecule, frame=computed.frame
+    )
+    message = (
+        f"{pluralise(len(table), 'row', separator=',')}, {computed.accessible.sum():,.1f} Å^2 accessible, "
+    )
+    message += f"{computed.excluded.sum():,.1f} Å^2 excluded"
+    buried = f", {computed.buried.sum():,.1f} Å^2 buried between partners" if computed.buried.any() else ""
+    outputs.report(args, message + buried)
+
+
+def _computed(args: argparse.Namespace) -> tuple[Any, Any]:
+    """Return the table of FILE, and its areas."""
+    from sparsurf.api.areas import areas  # here: wrong arguments need no kernels
+
+    source: Any = args.file
+    rules = options.placement_options(args)
+    del rules["cavities"]  # no option of this command
+    table_of = args.of or "residues"
     if is_file_of_spheres(args.file):
         options.refuse_structure_options(args, "spheres")
         if args.of not in (None, "atoms"):
@@ -89,12 +107,4 @@ def run(args: argparse.Namespace) -> None:
         atoms = options.requested_atoms(args, computed.molecule)
         chosen = {*zip(computed.molecule.chain[atoms], computed.molecule.residue[atoms], strict=True)}
         table = table[[label in chosen for label in zip(table["chain"], table["residue"], strict=True)]]
-    writing.write_table(
-        args.output, table, column=args.column, molecule=computed.molecule, frame=computed.frame
-    )
-    message = (
-        f"{pluralise(len(table), 'row', separator=',')}, {computed.accessible.sum():,.1f} Å^2 accessible, "
-    )
-    message += f"{computed.excluded.sum():,.1f} Å^2 excluded"
-    buried = f", {computed.buried.sum():,.1f} Å^2 buried between partners" if computed.buried.any() else ""
-    outputs.report(args, message + buried)
+    return table, computed

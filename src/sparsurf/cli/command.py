@@ -36,7 +36,7 @@ COMMANDS = {
     "areas": "accessible (SASA), excluded and buried area of atoms, residues, chains, ligands and groups, exactly",
     "regions": "patches of a surface where a field is above or below a threshold, with their areas and residues",
     "frames": "areas and burial, roughness and fields of every residue and ligand in every frame of a trajectory",
-    "points": "a few points with normals of a structure, or of every structure of a folder",
+    "points": "a few points with normals of a structure",
     "minimal": "keep few dots that represent a surface",
     "atoms": "the atoms that determine the surface of a molecule exactly",
     "recover": "reconstruct a dense surface from a few dots with normals",
@@ -49,7 +49,8 @@ FILE is a structure ({STRUCTURE_LABELS}; with --trajectory also {TOPOLOGY_LABELS
 ({" ".join(kinds.suffixes("dots", is_read=True))}; a CSV has the columns x,y,z,nx,ny,nz). Both may be compressed (.gz .bz2 .xz),
 except for HDF5. `sparsurf frames --help` lists the formats of trajectories. `surface`, `residues`, `areas`, `frames`, `points`
 and `atoms` accept no dots, and `recover` accepts only dots. All commands but `residues`, `frames` and `recover` also accept files
-of spheres ({" ".join(kinds.suffixes("spheres", is_read=True))}). Lengths are in Å. -o names the file
+of spheres ({" ".join(kinds.suffixes("spheres", is_read=True))}). `areas`, `residues` and `points` write one table of a
+folder or of several files. Lengths are in Å. -o names the file
 of the result, and its suffix determines the format; an existing file of this name is replaced, but never an input. `-o -` writes
 to standard output, and -q prints only warnings and errors. npz and DMS keep the area, kind
 and atom of every dot. Errors are printed on standard error.
@@ -155,7 +156,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if unparsed:
         several = not any(word.startswith("-") for word in unparsed)
         advice = "one file at a time, the rest are options such as --trajectory; a study takes a folder"
-        advice = "give all files before the options" if command == "points" else advice
+        advice = "give all files before the options" if command in ("areas", "residues", "points") else advice
         hint = f" ({advice})" if several else ""
         if command == "frames" and "--frame" in unparsed:
             hint = " (frames measures all frames; residues --frame measures one)"

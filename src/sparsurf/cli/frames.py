@@ -6,7 +6,6 @@ import argparse
 from typing import TYPE_CHECKING
 
 from sparsurf import kinds
-from sparsurf.api.points import JOBS
 from sparsurf.api.replacing import beside_frames, path_of_frames
 from sparsurf.arguments import STRIDE
 from sparsurf.cli import options, outputs
@@ -70,8 +69,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     options.add_ranking(parser)
     options.add_molecule(parser, with_frame=False)
     options.add_placement(parser)
-    text = "number of processes (default 1)"
-    parser.add_argument("--jobs", type=options.number_within(JOBS), default=1, help=text)
+    options.add_jobs(parser)
 
 
 def run(args: argparse.Namespace) -> None:

@@ -21,6 +21,7 @@ from sparsurf.arguments import (
     D_LINK,
     DEFAULT_SEED,
     FRAME,
+    JOBS,
     LENGTH,
     MODELS,
     NUMBER_OF_DOTS,
@@ -286,6 +287,11 @@ def add_d_link(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--d-link", type=number_within(LENGTH), default=D_LINK, help=help_text)
 
 
+def add_jobs(parser: argparse.ArgumentParser) -> None:
+    """Add the number of processes."""
+    parser.add_argument("--jobs", type=number_within(JOBS), default=1, help="number of processes (default 1)")
+
+
 def add_fields(parser: argparse._ActionsContainer, has_table: bool = True) -> None:
     """Add the option that chooses the fields of the dots, and if the command `has_table` those of values of atoms."""
     further = f", maps ({' '.join(MAPS)}), columns of --table" if has_table else ""
@@ -357,7 +363,7 @@ def refuse_structure_options(args: argparse.Namespace, content: str) -> None:
     """Raise InputError for options of a structure where the file holds something else."""
     refused = {
         "dots": (*STRUCTURE_OPTIONS, *PLACEMENT_OPTIONS), "spheres": (*STRUCTURE_OPTIONS, "radii"),
-        "structures": STRUCTURE_OPTIONS,
+        "structures": ("trajectory", "column", *VALUES_OF_ATOMS),
     }[content]  # fmt: skip
     for name in refused:
         if getattr(args, name, None) is not None:
@@ -456,7 +462,9 @@ def about(args: argparse.Namespace, **attributes: Any) -> About:
 
 
 def say(text: str) -> None:
-    """Print on a terminal what is being done, and keep it for the lines of a log."""
+    """Print on a terminal what is being done, and keep it for the lines of a log; not of one of many structures."""
+    if not progress.enabled:
+        return
     progress.stage = text
     if sys.stderr.isatty():
         print(f"{text} ...", file=sys.stderr, flush=True)

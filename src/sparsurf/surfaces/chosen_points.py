@@ -140,5 +140,5 @@ class NamedPoints(Points):
 
     @property
     def name(self) -> str:
-        """Name of the file without its suffixes."""
+        """Name of the structure, as `points_of` says."""
         return self[0]

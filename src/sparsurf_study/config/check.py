@@ -10,7 +10,8 @@ from pydantic import ValidationError
 from sparsurf import kinds
 from sparsurf.errors import InputError
 from sparsurf.files import UNPACK, URL_START, shorten
-from sparsurf.molecules.formats import STRUCTURES, suffix
+from sparsurf.molecules.formats import stem, suffix
+from sparsurf.molecules.listing import structures_below
 from sparsurf.settings import OR_INSTALLED, REQUEST_KEYS
 from sparsurf.suggestions import did_you_mean
 from sparsurf_study import manifest
@@ -131,9 +132,7 @@ def _structure_by_id(pdb: str | None) -> str | None:
         return None
     if not Path(folder).is_dir():
         raise InputError(f"{STRUCTURES_VARIABLE} is {folder!r}, but there is no such folder.")
-    names = {pdb.lower() + ending for ending in STRUCTURES}
-    files = sorted(file for file in Path(folder).iterdir() if file.name.lower().removesuffix(".gz") in names)
-    return str(files[0]) if files else None
+    return next((str(file) for file in structures_below(folder) if stem(file).lower() == pdb.lower()), None)
 
 
 def _with_file_at_home(protein: dict, home: Path) -> dict:

@@ -84,11 +84,11 @@ def test_a_stopped_run_continues_to_the_same_bytes(seven, tmp_path, monkeypatch,
     sparsurf.frames(seven, path=tmp_path / f"jobs{suffix}", jobs=2)
     measured, part_of_frames = [], api.part_of_frames
 
-    def stopping(molecule, request, first, last, threads):
+    def stopping(molecule, request, first, last):
         measured.append(first)
         if len(measured) == 2:
             raise KeyboardInterrupt
-        return part_of_frames(molecule, request, first, last, threads)
+        return part_of_frames(molecule, request, first, last)
 
     monkeypatch.setattr(api, "part_of_frames", stopping)
     with pytest.raises(KeyboardInterrupt):
@@ -201,7 +201,7 @@ def test_one_frame_is_not_ranked_and_says_so(tmp_path, capsys):
 def stop_before_writing(monkeypatch, molecule, path, **options):
     """Stop a call after all of its parts are stored."""
     with monkeypatch.context() as patched:
-        patched.setattr(api, "_writer", lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
+        patched.setattr(api, "table_writers", lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
         with pytest.raises(KeyboardInterrupt):
             sparsurf.frames(molecule, path=path, **options)
 

@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 import sparsurf
 from conftest import ROOT
 from peptides import peptide, write
-from sparsurf.api import points as api_points
+from sparsurf.api import parts
 from sparsurf.cli import command
 from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_molecule
@@ -150,7 +150,7 @@ def test_points_of_spheres_have_atoms_and_no_labels():
 
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_a_folder_gives_the_points_of_each_structure(folder, jobs, tmp_path, monkeypatch):
-    monkeypatch.setattr(api_points, "STRUCTURES_PER_JOB", 1)  # so that few structures make a queue
+    monkeypatch.setattr(parts, "WAITING_PER_JOB", 1)  # so that few structures make a queue
     (tmp_path / "c.pdb").write_text("nothing")
     for path in folder.iterdir():
         (tmp_path / path.name).write_text(path.read_text())
@@ -219,10 +219,8 @@ def test_a_list_of_files_gives_the_points_of_each_in_its_order(folder, tmp_path,
     assert ended(output="x.parquet") == 0
     assert parquet.read_table(tmp_path / "x.parquet")["name"].to_pylist() == ["b"] * 40 + ["a"] * 40
     for wrong, output, sentence in (
-        ([folder / "no.pdb"], "y.parquet", "no.pdb does not exist; give one folder, or"),
-        ([folder], "y.parquet", "is a folder; give one folder, or a list"),
-        ([folder / "a.pdb"], "y.parquet", "which have the same name"),
-        (["--chains", "A"], "y.parquet", "--chains has no meaning for the list of files"),
+        ([folder / "no.pdb"], "y.parquet", "no.pdb; name a folder of structures, or a list"),
+        (["--trajectory", "A"], "y.parquet", "--trajectory has no meaning for the list of files"),
         ([], "y.npz", "name a file that ends in .parquet"),
     ):
         assert ended(*wrong, output=output) == 1 and sentence in capfd.readouterr().err
@@ -232,10 +230,6 @@ def test_a_list_of_files_gives_the_points_of_each_in_its_order(folder, tmp_path,
 
 def test_folders_of_structures(folder, tmp_path):
     with pytest.raises(InputError, match="holds no structure"):
-        list(sparsurf.points_of(tmp_path))
-    for name in ("a.pdb", "a.ent"):
-        (tmp_path / name).write_text((folder / "a.pdb").read_text())
-    with pytest.raises(InputError, match="the same name"):
         list(sparsurf.points_of(tmp_path))
     pytest.importorskip("pyarrow")
     output = tmp_path / "points.parquet"
@@ -251,7 +245,7 @@ def test_folders_of_structures(folder, tmp_path):
 
 def test_the_table_of_a_folder_has_the_columns_of_to_frame(folder, tmp_path, monkeypatch, capfd):
     parquet = pytest.importorskip("pyarrow.parquet")
-    monkeypatch.setattr(api_points, "ROWS_PER_GROUP", 50)  # a group of two structures, and one of the last
+    monkeypatch.setattr(parts, "ROWS_PER_GROUP", 50)  # a group of two structures, and one of the last
     (tmp_path / "c.pdb").write_text("nothing")
     (tmp_path / "d.pdb").write_text((folder / "b.pdb").read_text())
     for path in folder.iterdir():
@@ -259,7 +253,7 @@ def test_the_table_of_a_folder_has_the_columns_of_to_frame(folder, tmp_path, mon
     for jobs in ("1", "2"):
         words = ["-n", "40", "--fields", "roughness,hydropathy", "--jobs", jobs]
         assert command.main(["points", str(tmp_path), *words, "-o", str(tmp_path / f"{jobs}.parquet")]) == 0
-        assert ": 120 points on 3 structures; 1 structure left out\n" in capfd.readouterr().err
+        assert ": 3 structures in 1 folder, 120 rows; left out: c\n" in capfd.readouterr().err
     assert (tmp_path / "1.parquet").read_bytes() == (tmp_path / "2.parquet").read_bytes()
     table = pd.read_parquet(tmp_path / "1.parquet")
     expected = [
@@ -274,43 +268,6 @@ def test_the_table_of_a_folder_has_the_columns_of_to_frame(folder, tmp_path, mon
     pd.testing.assert_frame_equal(pd.read_parquet(tmp_path / "b.parquet"), of_b)  # of one structure alone
     failures = json.loads(parquet.read_metadata(tmp_path / "1.parquet").metadata[b"failures"])
     assert list(failures) == ["c"] and "c.pdb" in failures["c"]
-
-
-def test_a_stopped_folder_continues_to_the_same_bytes(folder, tmp_path, monkeypatch, capfd):
-    """What is finished is not computed again, unless its file or the arguments differ."""
-    for name in ("a", "b", "d"):
-        text = (folder / f"{'b' if name == 'd' else name}.pdb").read_text()
-        (tmp_path / f"{name}.pdb").write_text(f"REMARK {name}\n{text}")
-    (tmp_path / "c.pdb").write_text("nothing")
-    lines = (tmp_path / "a.pdb").read_text().splitlines(True)
-    lines.remove(next(line for line in lines if line.startswith("ATOM") and line[12:16].strip() == "CB"))
-    (tmp_path / "a.pdb").write_text("".join(lines))
-    taken, chosen = [], api_points._chosen
-
-    def noted(path, *arguments):
-        taken.append(path.stem)
-        if path.stem == "d" and len(taken) in (4, 8):
-            raise KeyboardInterrupt
-        return chosen(path, *arguments)
-
-    monkeypatch.setattr(api_points, "_chosen", noted)
-    words = ["points", str(tmp_path), "-n", "40", "--fields", "hydropathy", "-o", str(tmp_path / "x.parquet")]
-    others = [*words[:3], "39", *words[4:]]
-    for arguments in (others, words):  # the second takes nothing of the first
-        assert command.main(arguments) == command.INTERRUPTED
-    assert taken == 2 * [*"abcd"]
-    (store,) = tmp_path.glob(".x.parquet.*")
-    with (tmp_path / "b.pdb").open("a") as file:
-        file.write("REMARK another file\n")
-    capfd.readouterr()
-    assert command.main(words) == 0 and taken[8:] == [*"bcd"]
-    said = capfd.readouterr().err
-    assert ": 1 structure of a stopped call followed from other input" in said and not store.exists()
-    assert ": 120 points on 3 structures, of which 1 was finished before; 1 structure left out\n" in said
-    assert command.main([*words[:-1], str(tmp_path / "whole.parquet")]) == 0
-    assert (tmp_path / "whole.parquet").read_bytes() == (tmp_path / "x.parquet").read_bytes()
-    warned = [line for line in said.splitlines() if "lacks heavy atoms" in line]  # also of what was finished
-    assert len(warned) == 1 and warned[0] in capfd.readouterr().err.splitlines()
 
 
 def read_with_polars(polars, path):
