@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from sparsurf.kernels import njit
-from sparsurf.surfaces.grid import Grid, columns_around, in_column, sort_into_grid
+from sparsurf.surfaces.grid import PointGrid, columns_around, in_column, sort_into_grid
 from sparsurf.surfaces.vectors import point, squared_distance
 
 SIGMA = 2.5  # Å, of the Gaussian that weights the atoms
@@ -25,7 +25,7 @@ def gaussian_mean(
 
 
 @njit(cache=True, nogil=True)
-def _smooth(values: np.ndarray, grid: Grid, sigma: float, points: np.ndarray, out: np.ndarray) -> None:
+def _smooth(values: np.ndarray, grid: PointGrid, sigma: float, points: np.ndarray, out: np.ndarray) -> None:
     """Write the Gaussian mean at each point to `out`."""
     for i in range(len(points)):
         dot, total, weights = point(points, i), 0.0, 0.0

@@ -28,7 +28,7 @@ from sparsurf.surfaces.dot_placement import (
     bands,
     roll_checked,
 )
-from sparsurf.surfaces.grid import Grid, columns_around, in_column, sort_into_grid
+from sparsurf.surfaces.grid import PointGrid, columns_around, in_column, sort_into_grid
 from sparsurf.surfaces.rolling_probe import (
     ARC_RADIUS,
     CLOSED,
@@ -276,7 +276,9 @@ def _write_cap(caps: np.ndarray, row: int, axis: Vector, height: float) -> None:
 
 
 @njit(cache=True, nogil=True)
-def _add_concave(rolling: Rolling, left_out: np.ndarray, grid: Grid, probe: float, area: np.ndarray) -> None:
+def _add_concave(
+    rolling: Rolling, left_out: np.ndarray, grid: PointGrid, probe: float, area: np.ndarray
+) -> None:
     """Add the area of the triangle of each fixed probe except some (P,) to its three atoms.
 
     Its parts inside of other probes are no part of it.

@@ -17,7 +17,7 @@ import numpy as np
 from sparsurf.arguments import Cavities
 from sparsurf.errors import InputError, argument
 from sparsurf.kernels import njit
-from sparsurf.surfaces.grid import Grid, columns_around, in_column, sort_into_grid
+from sparsurf.surfaces.grid import PointGrid, columns_around, in_column, sort_into_grid
 from sparsurf.surfaces.rolling_probe import (
     ARC_RADIUS,
     E1,
@@ -105,7 +105,7 @@ class Rolled(NamedTuple):
     rolling: Rolling
     blockers: RolledAtoms
     whole: np.ndarray  # (A,) bool, no arc bounds the accessible part of this sphere
-    probes: Grid  # the grid of the fixed probes, as wide as the radius
+    probes: PointGrid  # the grid of the fixed probes, as wide as the radius
     probe: float  # Å, radius; 0 where dots lie on the spheres of its centres, whose radii are then `radii`
     exact: bool
     left_out: EnclosedCentres  # centres of the probe at which no dots are placed, and which trim none
@@ -491,7 +491,7 @@ def _saddle_dots(
 @njit(cache=True, nogil=True)
 def _count_concave_dots(
     rolling: Rolling,
-    probes: Grid,
+    probes: PointGrid,
     units: np.ndarray,
     probe: float,
     exact: bool,
@@ -566,7 +566,7 @@ def _concave_dots(
 
 @njit(cache=True, nogil=True)
 def _inside_other(
-    position: Vector, q: int, rolling: Rolling, probes: Grid, within: float, left_out: EnclosedCentres
+    position: Vector, q: int, rolling: Rolling, probes: PointGrid, within: float, left_out: EnclosedCentres
 ) -> bool:
     """Return whether an accessible centre other than fixed probe q is nearer than `within`; fixed probes are tested first."""
     columns = columns_around(probes.lattice, position, probes.lattice.side)

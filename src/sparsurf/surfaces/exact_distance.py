@@ -14,7 +14,7 @@ import numpy as np
 
 from sparsurf.kernels import njit
 from sparsurf.surfaces.components import are_accessible, enclosed_of
-from sparsurf.surfaces.grid import Grid, columns_around, in_column, sort_into_grid
+from sparsurf.surfaces.grid import PointGrid, columns_around, in_column, sort_into_grid
 from sparsurf.surfaces.rolling_probe import (
     ARC_RADIUS,
     E1,
@@ -133,7 +133,7 @@ def _write_lies_on(
     probe: float,
     rolling: Rolling,
     enclosed: EnclosedCentres,
-    grid: Grid,
+    grid: PointGrid,
     lies_on: np.ndarray,
 ) -> None:
     """Write for each dot of a slice whether its probe proves that it lies on the surface.
@@ -193,7 +193,7 @@ def _is_in_hull(inward: Vector, place: Vector, centre: np.ndarray, touched: np.n
 
 @njit(cache=True, nogil=True)
 def _write_heights(
-    positions: np.ndarray, rolling: Rolling, enclosed: EnclosedCentres, grid: Grid, heights: np.ndarray
+    positions: np.ndarray, rolling: Rolling, enclosed: EnclosedCentres, grid: PointGrid, heights: np.ndarray
 ) -> None:
     """Write the height of each position of a slice over the spheres of centres, below 0 where no probe's centre can be.
 
@@ -273,8 +273,8 @@ def _search_centres(
     positions: np.ndarray,
     rolling: Rolling,
     enclosed: EnclosedCentres,
-    probes: Grid,
-    atoms: Grid,
+    probes: PointGrid,
+    atoms: PointGrid,
     limit: float,
     gap: np.ndarray,
     centres: np.ndarray,

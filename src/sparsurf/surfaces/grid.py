@@ -21,7 +21,7 @@ class Lattice(NamedTuple):
     side: float  # Å
 
 
-class Grid(NamedTuple):
+class PointGrid(NamedTuple):
     """Points by cell."""
 
     xyz: np.ndarray  # (N, 3) float64, Å, by position
@@ -30,7 +30,7 @@ class Grid(NamedTuple):
     lattice: Lattice
 
 
-def sort_into_grid(points: np.ndarray, side: float) -> Grid:
+def sort_into_grid(points: np.ndarray, side: float) -> PointGrid:
     """Sort points (N, 3) into cells of `side` Å, or more where so small cells were far more than the points."""
     points = np.ascontiguousarray(points, np.float64)
     low, high = _bounding_box(points) if len(points) else np.zeros((2, 3))
@@ -39,7 +39,7 @@ def sort_into_grid(points: np.ndarray, side: float) -> Grid:
     shape = ((high - origin) / side).astype(np.int64) + 1
     lattice = Lattice(tuple(origin.tolist()), tuple(shape.tolist()), side)
     start, dot = _sort_into_cells(points, lattice)
-    return Grid(points[dot], dot, start, lattice)
+    return PointGrid(points[dot], dot, start, lattice)
 
 
 @njit(cache=True, nogil=True)
@@ -89,7 +89,7 @@ def cells_within(x: float, radius: float, origin: float, side: float, cells: int
     return first, min(cells - 1, int((x + radius - origin) / side))
 
 
-class Columns(NamedTuple):
+class ColumnsAround(NamedTuple):
     """The cells that a sphere can touch, in columns along z: a kernel walks over them by `in_column`."""
 
     n: int
@@ -101,7 +101,7 @@ class Columns(NamedTuple):
 
 
 @njit(cache=True, nogil=True)
-def columns_around(lattice: Lattice, centre: Vector, radius: float) -> Columns:
+def columns_around(lattice: Lattice, centre: Vector, radius: float) -> ColumnsAround:
     """Return the columns of cells that a sphere around a point can touch."""
     (x, y, z), (n_x, n_y, n_z), side = lattice
     a0, a1 = cells_within(centre[0], radius, x, side, n_x)
@@ -110,11 +110,11 @@ def columns_around(lattice: Lattice, centre: Vector, radius: float) -> Columns:
     wide = b1 - b0 + 1
     n = (a1 - a0 + 1) * wide if min(b1 - b0, c1 - c0) >= 0 else 0
     first, turn = (a0 * n_y + b0) * n_z + c0, (n_y - wide) * n_z
-    return Columns(n, first, c1 - c0 + 1, n_z, turn, 1.0 / max(wide, 1))
+    return ColumnsAround(n, first, c1 - c0 + 1, n_z, turn, 1.0 / max(wide, 1))
 
 
 @njit(cache=True, nogil=True)
-def in_column(start: np.ndarray, columns: Columns, c: int) -> range:
+def in_column(start: np.ndarray, columns: ColumnsAround, c: int) -> range:
     """Return the positions in column c, given `start` of the grid: passing all of it would take as long as the walk."""
     cell = columns.first + c * columns.step + int((c + 0.5) * columns.share) * columns.turn
     return range(start[cell], start[cell + columns.deep])
@@ -129,7 +129,7 @@ def pairs_within(points: np.ndarray, positions: np.ndarray, distance: float) -> 
 
 
 @njit(cache=True, nogil=True)
-def _pairs(grid: Grid, positions: np.ndarray, distance: float) -> np.ndarray:
+def _pairs(grid: PointGrid, positions: np.ndarray, distance: float) -> np.ndarray:
     """Return each position and a point within the distance of it, (P, 2)."""
     pairs, n = np.empty((len(positions) + 1, 2), np.int64), 0
     for i in range(len(positions)):

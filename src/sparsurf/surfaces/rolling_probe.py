@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sparsurf.kernels import njit
-from sparsurf.surfaces.grid import Grid, columns_around, in_column, sort_into_grid
+from sparsurf.surfaces.grid import PointGrid, columns_around, in_column, sort_into_grid
 from sparsurf.surfaces.vectors import (
     Vector,
     add_scaled,
@@ -53,7 +53,7 @@ class Rolling(NamedTuple):
     """All positions where the probe touches at least two atoms."""
 
     atoms: RolledAtoms
-    grid: Grid  # of the atoms; spheres that overlap are at most its side apart
+    grid: PointGrid  # of the atoms; spheres that overlap are at most its side apart
     arcs: np.ndarray  # (B, 17) float64, columns above
     pair: np.ndarray  # (B, 2) int64, i < j, ascending i
     first_arc: np.ndarray  # (A + 1,) int64, arcs whose lower atom is i: first_arc[i]:first_arc[i + 1]
@@ -104,7 +104,7 @@ def roll(
     return Rolling(atoms, grid, arcs, pair, first_arc, probes[order], triple[order])
 
 
-def nothing_rolled(grid: Grid) -> Rolling:
+def nothing_rolled(grid: PointGrid) -> Rolling:
     """Return the arcs and fixed probes of no atoms."""
     atoms = RolledAtoms(np.empty((0, 3)), np.empty(0), np.zeros(1, np.int64), np.empty(0, np.int32))
     pair, triple = np.empty((0, 2), np.int64), np.empty((0, 3), np.int64)
@@ -115,7 +115,7 @@ def nothing_rolled(grid: Grid) -> Rolling:
 
 @njit(cache=True, nogil=True)
 def _mark_overlapping(
-    centre: np.ndarray, reach: np.ndarray, grid: Grid, new: np.ndarray, marked: np.ndarray
+    centre: np.ndarray, reach: np.ndarray, grid: PointGrid, new: np.ndarray, marked: np.ndarray
 ) -> None:
     """Mark the spheres that overlap with new ones."""
     for i in new:
@@ -131,7 +131,7 @@ def _mark_overlapping(
 def _overlaps(
     centre: np.ndarray,
     reach: np.ndarray,
-    grid: Grid,
+    grid: PointGrid,
     visited: np.ndarray,
     old: np.ndarray,
     place: np.ndarray,

@@ -27,7 +27,7 @@ from sparsurf.kernels import njit
 from sparsurf.shown import Shown
 from sparsurf.surfaces.components import joined_arcs, label_centres, set_of_arcs
 from sparsurf.surfaces.dot_placement import Rolled, roll_checked
-from sparsurf.surfaces.grid import Grid, columns_around, in_column, sort_into_grid
+from sparsurf.surfaces.grid import PointGrid, columns_around, in_column, sort_into_grid
 from sparsurf.surfaces.rolling_probe import (
     ARC_RADIUS,
     E1,
@@ -362,7 +362,7 @@ def _are_free(atoms: RolledAtoms, spheres: np.ndarray) -> np.ndarray:
 
 
 @njit(cache=True, nogil=True)
-def _pass_near(arcs: np.ndarray, chosen: np.ndarray, grid: Grid, distance: float) -> np.ndarray:
+def _pass_near(arcs: np.ndarray, chosen: np.ndarray, grid: PointGrid, distance: float) -> np.ndarray:
     """Return `_are_near`; the cells of the positions are as wide as the distance and an arc."""
     near = np.zeros(len(chosen), np.bool_)
     for a in range(len(chosen)):
