@@ -222,7 +222,7 @@ def draw(table: pd.DataFrame) -> Figure:
         words = f"{n} chains without hydrogens" if group == CHAINS else f"{n} structures {group}"
         look = {"s": size, "color": colour, "marker": marker, "linewidths": 0, "alpha": 0.6}
         left.scatter(part["density"], part["mean"], label=words, zorder=2, **look)
-        left.plot(ends, c / ends, color=colour, label=f"{c:g} Å / density", zorder=1)
+        left.plot(ends, c / ends, color=colour, label=f"{c:g} Å⁻¹ / density", zorder=1)
         right.scatter(part["atoms"], part["mean"] * part["density"], zorder=2, **look)
         right.axhline(c, color=colour, zorder=1)
     left.set_xscale("log")
