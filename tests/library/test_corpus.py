@@ -1057,9 +1057,9 @@ EIGHTH = {  # answers to other questions than were asked: command, and words of 
     f"areas plain.pdb --selection sidechain {BONDI}": "the selection is measured alone, without the other",
     f"areas plain.pdb --of chains {BONDI}": {"polar": [2885.5], "apolar": [2921.7]},
     f"areas plain.pdb.bz2 --of chains {BONDI}": {"polar": [2885.5], "apolar": [2921.7]},
-    "points predictions -o a.parquet": "it has folders, which are not searched: give one of them",
+    "points predictions -o a.parquet": "a.parquet: 2 structures in 2 folders, 2,048 rows",
     "points predictions/job/seed-1_sample-0/model.pdb predictions/job/seed-1_sample-1/model.pdb -o a.parquet":
-    "which have the same name; rename one of them",
+    "left out 1 LIG\n.*a.parquet: 2 structures in 2 folders, 2,048 rows",
     "surface plain.pdb --mesh --step 2 -o a.ply": r"--step is 2 Å; it must be at most 0\.7 Å, .* give --n-vertices",
 }  # fmt: skip
 

@@ -578,14 +578,16 @@ def test_a_residue_without_a_change_has_the_b_factor_of_buried_ones(run, ready, 
 
 
 def test_pages_of_two_forms_show_them_superposed_with_what_changes_in_front(run):
-    """The dots of the second form lie nearer to those of the first than in their files."""
+    """Seen from the viewer, around their middle, the dots of the two forms lie nearer to each other than in their files."""
     shown, as_given = [], []
     for side, form in ((1, "f0700"), (2, "f0000")):
         text = (run / f"changes/bend/view_{side}.html").read_text(encoding="utf-8")
         assert f"<title>bend, moving/f{int(form[1:])}</title>" in text
         header, columns = unpacked(text)
-        shown.append(np.column_stack([columns[axis] for axis in "xyz"]) * header["dots"]["step"])
-        as_given.append(read_npz(run / f"moving/{form}/surface.npz").points)
+        dots = np.column_stack([columns[axis] for axis in "xyz"]) * header["dots"]["step"]
+        shown.append((dots - dots.mean(axis=0)) @ np.reshape(header["turn"], (3, 3)).T)
+        points = read_npz(run / f"moving/{form}/surface.npz").points
+        as_given.append(points - points.mean(axis=0))
         assert np.allclose(np.ptp(pdist(shown[-1][::40])), np.ptp(pdist(as_given[-1][::40])), atol=0.02)
         change = np.where(columns["value 1"] == 255, 0, columns["value 1"])
         most = change >= np.quantile(change, 0.9)
