@@ -39,7 +39,7 @@ with job(snakemake) as s:
             [DotValues("change over its floor", "change", "", shown, *MEANING)],
             residue_labels(structures[side - 1]),
             origin_of_page(with_atoms(dots, structures[side - 1], settings), structures[side - 1]),
-            seen[-1],
+            turn=seen[-1],
         )
         Path(s.output[f"view_{side}"]).write_text(text, encoding="utf-8")
     layout.save(changes_figure(name, drawn, table), s.output.png)

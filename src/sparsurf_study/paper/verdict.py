@@ -20,11 +20,11 @@ def said_of_grid(grid: pd.DataFrame) -> str:
     return "" if n == len(GRID) else f"The grid has {n:,} of the paper's {len(GRID):,} combinations"
 
 
-def why_undecided(places: pd.DataFrame, grid: pd.DataFrame) -> str:
-    """Say why it is undecided whether Table I is reproduced; '' where it is decided."""
+def why_undecided(places: pd.DataFrame, reduced: str) -> str:
+    """Say why it is undecided whether Table I is reproduced, from what `said_of_grid` says; '' where it is decided."""
     n_runs = int(places["n_runs"].max())
     few = f"{n_runs} runs were made as published, and the comparison needs at least {MIN_RUNS}"
-    return said_of_grid(grid) or (few if n_runs < MIN_RUNS else "")
+    return reduced or (few if n_runs < MIN_RUNS else "")
 
 
 def count_inside(places: pd.DataFrame) -> dict[str, int]:

@@ -16,7 +16,7 @@ import pandas as pd
 
 from sparsurf.evaluation.ranking import MIN_AREA
 from sparsurf.version import __version__
-from sparsurf_study.paper.verdict import count_inside, is_one_more_run, why_undecided
+from sparsurf_study.paper.verdict import count_inside, is_one_more_run, said_of_grid, why_undecided
 from sparsurf_study.report.first_page.batches import of_batches
 from sparsurf_study.report.first_page.frames import of_frames, of_simulations
 from sparsurf_study.report.first_page.grid import of_grid
@@ -126,10 +126,11 @@ def of_paper(run: Run) -> dict[str, Any] | None:
     if not run.has("paper_places.csv"):
         return None
     places, tests = run.read("paper_places.csv"), run.read("paper_tests.csv")
+    grid = run.read(run.ending("grid.csv")[0] + "/grid.csv")  # the same for all surfaces
     return {
         "n_runs": int(places["n_runs"].max()),
         "inside": count_inside(places),
-        "undecided": why_undecided(places, run.read(run.ending("grid.csv")[0] + "/grid.csv")),
+        "undecided": why_undecided(places, said_of_grid(grid)),
         "reproduced": is_one_more_run(tests),
         "page": "verdict.html" if run.has("verdict.html") else "",
         "figure": run.figure("table1.png"),

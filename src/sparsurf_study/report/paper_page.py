@@ -74,13 +74,14 @@ def paper_page(data: dict[str, Any]) -> dict[str, Any]:
     `surface_of`.
     """
     grid, references = data["grid"], data["best"]["references"]
+    reduced = said_of_grid(grid)
     rough, flat = rough_and_flat(data["bins"])
     gathered, fewer = gather(data["gathering"])
     low, high = data["surface"]["roughness"]
     of_best = data["links"][data["links"]["row"] == ROW_OF_BEST].sort_values("d_link")
     ends = of_best[["d_link", "d"]].iloc[[0, int(of_best["d"].argmin())]].to_numpy().tolist()
     chapters = {
-        "table1": table1(data["places"], data["tests"], data["rows"], data["bias"], grid),
+        "table1": table1(data["places"], data["tests"], data["rows"], data["bias"], reduced),
         "winners": describe_winners(data["ranges"], data["places"]),
         "best": best_at_one(data["best"], grid, data["places"]),
         "positive": positive(grid, data["rows"], data["family"]),
@@ -97,7 +98,6 @@ def paper_page(data: dict[str, Any]) -> dict[str, Any]:
         "parameter_free": {"holds": both(False), "links": ends},
         "univocal": {"holds": both(True), "numbers": COEFFICIENTS},
     }
-    reduced = said_of_grid(grid)
     for name in OF_WHOLE_GRID if reduced else ():
         chapters[name]["holds"] = dict.fromkeys(GRID_READINGS, NOT_TESTED)
     figures = []
@@ -155,7 +155,7 @@ def span_of(grid: pd.DataFrame) -> dict[str, Any]:
 
 
 def table1(
-    places: pd.DataFrame, tests: pd.DataFrame, rows: pd.DataFrame, bias: pd.DataFrame, grid: pd.DataFrame
+    places: pd.DataFrame, tests: pd.DataFrame, rows: pd.DataFrame, bias: pd.DataFrame, reduced: str
 ) -> dict[str, Any]:
     """Compare Table I with runs made as published, and with means of its combinations under each reading.
 
@@ -165,17 +165,16 @@ def table1(
     def between(table: pd.DataFrame, name: str, low: str, high: str) -> int:
         return int(table[f"{name}_published"].between(table[f"{name}_{low}"], table[f"{name}_{high}"]).sum())
 
-    inside, n, undecided = count_inside(places), len(places), why_undecided(places, grid)
+    inside, n, undecided = count_inside(places), len(places), why_undecided(places, reduced)
+    of_runs = f"d {inside['d']}, Z {inside['Z_tS']} of {inside['n']}"
+    if undecided:
+        of_runs = NOT_TESTED if reduced else TOO_FEW
     published, low, high = rows["d_published"], rows[f"d_low_{FULL_READING}"], rows[f"d_high_{FULL_READING}"]
     opposite = ((published > 0) & (high < 0)) | ((published < 0) & (low > 0))
     of_means = f"low_{KEPT_READING}", f"high_{KEPT_READING}"
     return {
         "holds": {
-            KEPT_READING: f"d {inside['d']}, Z {inside['Z_tS']} of {inside['n']}"
-            if not undecided
-            else NOT_TESTED
-            if said_of_grid(grid)
-            else TOO_FEW,
+            KEPT_READING: of_runs,
             FULL_READING: answer(not opposite.any()),
         },
         "same": is_one_more_run(tests),
