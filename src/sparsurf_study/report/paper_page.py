@@ -28,7 +28,7 @@ from sparsurf_study.paper.verdict import (
     said_of_grid,
     why_undecided,
 )
-from sparsurf_study.report.numbers import against_zero, is_fragmented
+from sparsurf_study.report.numbers import is_fragmented
 
 if TYPE_CHECKING:
     from sparsurf.settings import SurfaceSettings as SurfaceSettings
@@ -46,6 +46,7 @@ LIMIT_CASES: dict[str, dict[str, float]] = {
 }
 SPAN_TOLERANCE = 0.2  # points of %, by which an end of the range of n_S may differ from the published one
 OF_ROWS = (KEPT_READING, SCALED_READING, FULL_READING)
+NEARLY_EQUAL = 0.1  # of Z of the random subset, by which that of the sampling may differ
 MAX_LINK_COLUMNS = 6
 CURVE_SIZE = (440, 330)  # px
 OF_WHOLE_GRID = (
@@ -307,10 +308,11 @@ def rough_and_flat(bins: pd.DataFrame) -> tuple[dict[str, Any], dict[str, Any]]:
     """Compare d in rough and flat patches, around kept dots (as in the paper) and around any dots: two chapters.
 
     Rough patches gain if the interval of d of the rougher half lies above 0 and above that of the flatter half; flat ones
-    are nearly equal if d of the flattest bin does not differ from 0.
+    are nearly equal if d of the flattest bin does not exceed NEARLY_EQUAL significantly.
     """
     gains: dict[str, list[bool]] = {reading: [] for reading in GRID_READINGS}
     equal: dict[str, list[bool]] = {reading: [] for reading in GRID_READINGS}
+    percents: dict[str, list[float]] = {reading: [] for reading in GRID_READINGS}
     table = {}
     for around, rows in bins.groupby("around", sort=False):
         flattest = rows[~rows["bin"].isin(HALVES) & (rows["n"] >= MIN_TEST_DOTS)].iloc[-1]
@@ -319,10 +321,12 @@ def rough_and_flat(bins: pd.DataFrame) -> tuple[dict[str, Any], dict[str, Any]]:
         for reading in GRID_READINGS:
             gains[reading].append(bool(rough[f"d_low_{reading}"] > max(0, flat[f"d_high_{reading}"])))
             ends = flattest[f"d_low_{reading}"], flattest[f"d_high_{reading}"]
-            equal[reading].append(against_zero(*ends) == "around")
+            z = flattest[f"Z_tR_{reading}"]
+            percents[reading].append(100 * flattest[f"d_{reading}"] / z)
+            equal[reading].append(bool(max(ends[0], -ends[1]) <= NEARLY_EQUAL * z))
     return (
         {"holds": {reading: answer(all(cases)) for reading, cases in gains.items()}, "table": table},
-        {"holds": {reading: answer(all(cases)) for reading, cases in equal.items()}},
+        {"holds": {reading: answer(all(cases)) for reading, cases in equal.items()}, "percents": percents},
     )
 
 
