@@ -83,7 +83,7 @@ def _formula(block):
 
 # The order of the pages, by parts
 PARTS = {
-    "Start": ["start", "tutorial", "trajectory", "python", "_gallery/index"],
+    "Start": ["start", "tutorial", "trajectory", "partners", "python", "_gallery/index"],
     "Tasks": ["study", "cluster", "learning", "msms"],
     "Method and findings": ["few_dots", "paper_spheres", "why", "paper", "proteins", "method"],
     "Reference": [

@@ -1,4 +1,4 @@
-# docs/python.md: accessible and excluded areas beside those of other programs.
+# docs/partners.md: accessible and excluded areas beside those of other programs.
 
 AREAS = config["areas"]["structures"]
 

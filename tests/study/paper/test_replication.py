@@ -731,7 +731,7 @@ SENTENCES = [
     "The whole grid was run 217 times as published",
     "Of the 18 values of a range with at least two runs, 12 lie between the lowest and the highest run.",
     "Of the 10 published combinations, 6 were the best",
-    "too high by 0.14 on average. 2 of 10 published d",
+    "too high by 0.14 on average. The intervals of the means contain 2 of the 10 published d.",
     "the best here in 5 of 9 ranges, and it is statistically indistinguishable from the best in 7.",
     "Of 217 runs made as published, 31 have a lower d in this range than the published 2.69.",
     "8 of the published d are above 0. The table counts all 1296 combinations.",
