@@ -312,7 +312,6 @@ def rough_and_flat(bins: pd.DataFrame) -> tuple[dict[str, Any], dict[str, Any]]:
     """
     gains: dict[str, list[bool]] = {reading: [] for reading in GRID_READINGS}
     equal: dict[str, list[bool]] = {reading: [] for reading in GRID_READINGS}
-    percents: dict[str, list[float]] = {reading: [] for reading in GRID_READINGS}
     table = {}
     for around, rows in bins.groupby("around", sort=False):
         flattest = rows[~rows["bin"].isin(HALVES) & (rows["n"] >= MIN_TEST_DOTS)].iloc[-1]
@@ -320,13 +319,11 @@ def rough_and_flat(bins: pd.DataFrame) -> tuple[dict[str, Any], dict[str, Any]]:
         table[str(around)] = [rough, flat, flattest]
         for reading in GRID_READINGS:
             gains[reading].append(bool(rough[f"d_low_{reading}"] > max(0, flat[f"d_high_{reading}"])))
-            ends = flattest[f"d_low_{reading}"], flattest[f"d_high_{reading}"]
-            z = flattest[f"Z_tR_{reading}"]
-            percents[reading].append(100 * flattest[f"d_{reading}"] / z)
-            equal[reading].append(bool(max(ends[0], -ends[1]) <= NEARLY_EQUAL * z))
+            beyond = max(flattest[f"d_low_{reading}"], -flattest[f"d_high_{reading}"])
+            equal[reading].append(not beyond > NEARLY_EQUAL * flattest[f"Z_tR_{reading}"])
     return (
         {"holds": {reading: answer(all(cases)) for reading, cases in gains.items()}, "table": table},
-        {"holds": {reading: answer(all(cases)) for reading, cases in equal.items()}, "percents": percents},
+        {"holds": {reading: answer(all(cases)) for reading, cases in equal.items()}},
     )
 
 
@@ -364,7 +361,6 @@ def orientation(references: dict[str, Any], turned: float) -> dict[str, Any]:
     return {
         "holds": both(turned <= fresh),
         "fresh": fresh,
-        "turned": turned,
         "two_patches": references["Z_two_patches"],
     }
 
