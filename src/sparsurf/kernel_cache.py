@@ -67,7 +67,7 @@ def _has_kernel_cache(named: str | None) -> bool:
     return can_write_cache("numba")
 
 
-def can_write_cache(folder: str = "") -> bool:
+def can_write_cache(folder: str) -> bool:
     """Return whether the cache of the user, or a folder in it, can be written; an account without a home has none."""
     cache_of_user = Path(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"))
     return cache_of_user.is_absolute() and _can_write(cache_of_user / folder)

@@ -88,7 +88,7 @@ def bytes_of_memory() -> float:
 
 
 def parallel_map(
-    function: Callable[[int, int], TaskResult], n: int, threads: int = 1, size: int = 2048
+    function: Callable[[int, int], TaskResult], n: int, threads: int, size: int = 2048
 ) -> list[TaskResult]:
     """Call `function(begin, end)` on slices of range(n), in threads with BLAS limited to one; return the results in order."""
     slices = [(begin, min(begin + size, n)) for begin in range(0, n, size)]

@@ -155,8 +155,8 @@ def represented(
     sampler: SamplerLike,
     seed: int,
     d_link: float,
-    reconstruction: Model = AUTO,
-    error_99: float | None = None,
+    reconstruction: Model,
+    error_99: float | None,
 ) -> Representation:
     """Return a surface and its subset of a size; those of `sizes` that are None are not requested."""
     request = {key: SIZES[key].check(value, key) for key, value in sizes.items() if value is not None}
@@ -299,7 +299,7 @@ def recover(
 
 
 def recover_with_share(
-    few: DotsLike, *, density: float, reach: float, steps: int = NEWTON_STEPS, reconstruction: Model = AUTO
+    few: DotsLike, *, density: float, reach: float, steps: int = NEWTON_STEPS, reconstruction: Model
 ) -> tuple[Surface, float]:
     """Recover a dense surface like `recover`, and return the share of the dots that lie on spheres of inferred atoms as well."""
     density, reach = DENSITIES.check(density, "density"), REACHES.check(reach, "reach")

@@ -447,7 +447,7 @@ def _counts(molecule: Molecule) -> str:
     return f"{pluralise(molecule.n_residues, 'residue')} in {pluralise(chains, 'chain')}, of {molecule.n_atoms:,} atoms"
 
 
-def page_of_residues(table: pd.DataFrame, about: About, surface: Surface | None = None) -> str:
+def page_of_residues(table: pd.DataFrame, about: About, surface: Surface | None) -> str:
     """Return the page of a table of residues: their profile, the roughest, and the surface that they are measured on."""
     from sparsurf.views.overview.page import render_residues
 

@@ -40,7 +40,7 @@ FORMATS = kinds.suffixes("frames")  # of tables that are written one after anoth
 ROWS_PER_GROUP = 100_000  # of a Parquet file
 
 
-def digest_of_arguments(*arguments: Any, fields: Sequence[FieldLike] = ()) -> Any:
+def digest_of_arguments(*arguments: Any, fields: Sequence[FieldLike]) -> Any:
     """Return a hash, which can be continued, of the version, of arguments and of fields.
 
     A field of the user makes it a hash of this call alone, because edits of what its function uses cannot be seen.

@@ -130,9 +130,7 @@ def show(
     return view
 
 
-def show_in_notebook(
-    result: Any, values: Any = None, path: str | Path | None = None, limits: ColourLimits = None
-) -> View:
+def show_in_notebook(result: Any, values: Any, path: str | Path | None, limits: ColourLimits) -> View:
     """Show a result on an interactive page, in the browser if there is no notebook; see `Shown.show`."""
     if isinstance(values, str | Path) and path is None:
         values, path = None, values

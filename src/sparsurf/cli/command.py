@@ -181,7 +181,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return 0
 
 
-def build_parser(command: str | None = None) -> tuple[Parser, Parser | None]:
+def build_parser(command: str | None) -> tuple[Parser, Parser | None]:
     """Return the parser, with a line for each command, and the parser of one command with all its options."""
     parser = Parser(
         prog="sparsurf",

@@ -136,9 +136,9 @@ def read_frames(
     source: Source,
     n_atoms: int,
     atoms: np.ndarray,
-    stride: int = 1,
-    times: Sequence[float] | None = None,
-    change: Callable[[np.ndarray, np.ndarray | None, np.ndarray], np.ndarray] = lambda xyz, box, number: xyz,
+    stride: int,
+    times: Sequence[float] | None,
+    change: Callable[[np.ndarray, np.ndarray | None, np.ndarray], np.ndarray],
 ) -> TrajectoryFrames:
     """Read every `stride`-th frame of a trajectory, or the first one and those at `times`, ps; memory does not grow with it.
 

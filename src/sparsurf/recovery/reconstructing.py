@@ -57,7 +57,7 @@ def surface_with_fields(few: Surface, rebuilt: Rebuilt) -> Surface:
 
 def reconstruction_of(
     few: Surface,
-    model: Model = AUTO,
+    model: Model,
     reach: float = REACH,
     steps: int = NEWTON_STEPS,
     threads: int = 1,
@@ -119,7 +119,7 @@ class Reconstructed:
 def reconstruct_twice(
     few: Surface,
     density: float,
-    model: Model = AUTO,
+    model: Model,
     threads: int = 1,
     of_spheres: float = DENSITY_FOR_SPHERES,
 ) -> Reconstructed:
@@ -148,8 +148,6 @@ def _densely(
     return dense, of_density
 
 
-def distance_to_reconstructed(
-    points: np.ndarray, few: Surface, model: Model = AUTO, threads: int = 1
-) -> np.ndarray:
+def distance_to_reconstructed(points: np.ndarray, few: Surface, model: Model, threads: int = 1) -> np.ndarray:
     """Compute the distance (M,), Å, of points from the surface of few dots; 'spheres' refuses no dots here."""
     return distance_to_surface(points, *_densely(few, model, threads)[0][:2], threads)

@@ -164,7 +164,7 @@ def share_to_give_up(error: float, error_99: float) -> float:
 
 
 def cover_dots(
-    surface: Surface, atoms: SurfaceOrigin, touches: Touches, given_up: np.ndarray | None = None
+    surface: Surface, atoms: SurfaceOrigin, touches: Touches, given_up: np.ndarray | None
 ) -> np.ndarray:
     """Return few dots, (n,) int64, that determine each exposed atom, but for those that are given up, (A,) bool.
 

@@ -183,7 +183,7 @@ def farthest(prepared: SampledSurface, n: int, rng: np.random.Generator) -> np.n
 
 
 def weights_and_areas(
-    points: np.ndarray, area: np.ndarray, subset: np.ndarray, threads: int = 1
+    points: np.ndarray, area: np.ndarray, subset: np.ndarray, threads: int
 ) -> tuple[np.ndarray, np.ndarray]:
     """Count the dots that are nearest to each kept dot, (n,) int64, and sum their areas, (n,) float64, Å^2."""
     nearest = nearest_chosen(points, subset, threads)

@@ -180,7 +180,7 @@ def check_plausibility(points: np.ndarray, normals: np.ndarray, where: Callable[
             return
 
 
-def areas_are_known(points: np.ndarray, area: np.ndarray, weighted: bool, judge: bool = True) -> bool:
+def areas_are_known(points: np.ndarray, area: np.ndarray, weighted: bool, judge: bool) -> bool:
     """Return whether areas are those of the dots: their sum is compared with an estimate from the spacing of some dots.
 
     Dots that are `weighted` may be crowded, and own more area than their spacing implies. Unless `judge`, nothing is compared.

@@ -363,7 +363,7 @@ def _decimals(radius: float) -> str:
 
 
 def write_pqr(
-    path: Path | str, xyz: np.ndarray, radii: np.ndarray, atoms: AtomsLike, header: Sequence[str] = ()
+    path: Path | str, xyz: np.ndarray, radii: np.ndarray, atoms: AtomsLike, header: Sequence[str]
 ) -> None:
     """Write atoms at (A, 3) with radii (A,), Å, as .pqr with the charge 0."""
     lines = [f"REMARK {line}\n" for line in header]

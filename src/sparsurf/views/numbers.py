@@ -15,7 +15,7 @@ def decimals(x: float, least: int) -> int:
     return max(least, 1 - math.floor(math.log10(x))) if x > 0 else least
 
 
-def signed(x: float, digits: int = 2) -> str:
+def signed(x: float, digits: int) -> str:
     """Format a number with its sign; a rounded 0 has none."""
     text = number(x, digits)
     return text if math.isnan(x) or x <= 0 or not text.strip("0.") else f"+{text}"

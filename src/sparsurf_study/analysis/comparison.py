@@ -45,7 +45,7 @@ COMPARISON_KEYS = ["sampler", "percent", "use", "measure"]
 
 
 def select_methods(
-    prepared: PreparedSurface, names: Iterable[str] | None = None, ranges: pd.DataFrame | None = None
+    prepared: PreparedSurface, names: Iterable[str] | None, ranges: pd.DataFrame | None = None
 ) -> dict[str, Method]:
     """Select samplers, all by default: functions (n, rng) -> dots by name, the paper's with winners of `ranges` or of Table I."""
     # compared with the interpolant, for which dots that touch every atom were not chosen
@@ -57,9 +57,9 @@ def select_methods(
 def compare_samplers(
     prepared: PreparedSurface,
     methods: Mapping[str, Method],
-    percents: Sequence[float] = COMPARED_PERCENTS,
-    n_tests: int = 400,
-    draws: int = 3,
+    percents: Sequence[float],
+    n_tests: int,
+    draws: int,
     progress: Callable[[int, int], None] = lambda done, total: None,
     floors: Mapping[str, float] | None = None,
 ) -> pd.DataFrame:

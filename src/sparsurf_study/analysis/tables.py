@@ -139,7 +139,7 @@ def ranges_table(
     return add_reference_columns(pd.DataFrame(rows), all_reference_values(grid, floors))
 
 
-def all_reference_values(grid: Grid, floors: Mapping[str, float] | None = None) -> dict[str, Any]:
+def all_reference_values(grid: Grid, floors: Mapping[str, float] | None) -> dict[str, Any]:
     """Return `statistics.reference_values`, with the noise floors (floor -> Z) if they were measured."""
     return reference_values(grid.z_tot) | ({"floors": floors} if floors else {})
 

@@ -40,8 +40,8 @@ def descriptors_at(
     partner: Partner,
     centres: np.ndarray,
     up: bool,
-    patches: PatchesSettings = PUBLISHED_PATCHES,
-    threads: int = 1,
+    patches: PatchesSettings,
+    threads: int,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Describe the patches around some positions, (n, 3) Å: descriptors, (n, M), and the number of dots in each patch, (n,)."""
     return describe_patches(partner.index, centres, patches.r_zernike, up, threads, patches.descriptor)

@@ -89,7 +89,7 @@ def write_front(
 
 
 def values_of_front(
-    run: Run, batches: Mapping[str, Any] | None = None, minimal: Mapping[str, Any] = DEFAULT_MINIMAL
+    run: Run, batches: Mapping[str, Any] | None, minimal: Mapping[str, Any]
 ) -> dict[str, Any]:
     """Collect what the page and the terminal say of a run; None or nothing for what the run does not have."""
     grid, changes, pairs = of_grid(run), of_changes(run), of_pairs(run)

@@ -84,7 +84,7 @@ def read_points_of_csv(content: bytes) -> np.ndarray:
     return np.ascontiguousarray(points)
 
 
-def write_csv(path: Path | str, table: pd.DataFrame, fields: Sequence[str] = ()) -> None:
+def write_csv(path: Path | str, table: pd.DataFrame, fields: Sequence[str]) -> None:
     """Write a table of dots: `fields` with six significant digits, other floats with four decimals."""
     columns = []
     for position, name in enumerate(table):

@@ -47,10 +47,10 @@ def overview_of_frames(
     numbers: Mapping[str, np.ndarray],
     ranked: tuple[str, str],
     labels: Sequence[str],
-    touching: pd.DataFrame | None = None,
-    notes: Sequence[str] = (),
-    left_out: Sequence[str] | None = None,
-    origin: Sequence[tuple[str, str]] = (),
+    touching: pd.DataFrame | None,
+    notes: Sequence[str],
+    left_out: Sequence[str] | None,
+    origin: Sequence[tuple[str, str]],
 ) -> str:
     """Render the page of the frames of a molecule, in one file.
 

@@ -120,8 +120,8 @@ def overview_of_dots(
     title: str,
     scene: PageScene,
     answer: str,
-    links: Sequence[tuple[str, str]] = (),
-    origin: Sequence[tuple[str, str]] = (),
+    links: Sequence[tuple[str, str]],
+    origin: Sequence[tuple[str, str]],
 ) -> str:
     """Render the page of dots that are sampled and picked, without the tables of residues, for a report."""
     context = {"title": title, "answer": answer, "links": links, "origin": origin}
@@ -170,7 +170,7 @@ def columns_of_means(residues: pd.DataFrame) -> list[str]:
     return [str(name) for name in residues if str(name).startswith("mean_") and name != "mean_roughness"]
 
 
-def render_residues(title: str, residues: pd.DataFrame, origin: Sequence[tuple[str, str]] = ()) -> str:
+def render_residues(title: str, residues: pd.DataFrame, origin: Sequence[tuple[str, str]]) -> str:
     """Render a page of residues alone: their profile, the roughest, and where the page is from."""
     return render_template(PAGE, title=title, has_picture=False, origin=origin, **residue_words(residues))
 
