@@ -273,7 +273,9 @@ def measure_frames(table: Table, quick: bool) -> None:
     residues = QUICK_RESIDUES if quick else None
     molecule = read_molecule(EMBEDDED, TRAJECTORY, residues=residues, stride=500 if quick else 100)
     atom_radii = radii(molecule)
-    density = density_for_d_link(molecule, 0, atom_radii, settings.surface, settings.patches.d_link, "bench")
+    density = density_for_d_link(
+        molecule.xyz[0], atom_radii, settings.surface, settings.patches.d_link, "bench"
+    )
     surface = settings.surface.model_copy(update={"density": density})
     settings = settings.model_copy(update={"surface": surface})
 

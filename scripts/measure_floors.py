@@ -16,7 +16,7 @@ with job(snakemake) as s:
     if s.input.conformation:
         molecule = read_study_structure(s.input.conformation)
         generate_surface, atoms = surface_generator(
-            molecule, 0, radii(molecule, rules.radii), rules, d_link, s.place
+            molecule.xyz[0], radii(molecule, rules.radii), rules, d_link, s.place
         )
     n_tests = number_of_tests(s.settings.evaluation.test_dots, len(prepared))
     floors_table(fresh_dots(prepared, n_tests, generate_surface, atoms)).to_csv(s.output.floors, index=False)

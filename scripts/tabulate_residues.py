@@ -25,7 +25,9 @@ with job(snakemake) as s:
     roughness = read_roughness(s.input.roughness, dots)
     rules, areas = s.settings.surface, None
     if rules.reentrant == "exact":
-        areas = roll_frame(molecule, 0, radii(molecule, rules.radii), rules).areas_by_kind(molecule.n_atoms)
+        areas = roll_frame(molecule.xyz[0], radii(molecule, rules.radii), rules).areas_by_kind(
+            molecule.n_atoms
+        )
     residues = residue_table(dots, roughness, molecule, *kept, stored_components(dots), areas=areas)
     write_rounded(s.output.table, residues)
     b_factor = np.nan_to_num(residues["mean_roughness"].to_numpy(), nan=BURIED)[molecule.residue_index]

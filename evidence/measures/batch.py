@@ -23,9 +23,9 @@ def cpu_of_placing(path: str, settings: Settings) -> float:
     """Measure the CPU time, in s, of placing the dots of a structure once, at the density that suits d_link."""
     molecule, rules = read_molecule(path, model=1), settings.surface
     sizes = radii(molecule, rules.radii)
-    density = density_for_d_link(molecule, 0, sizes, rules, settings.patches.d_link, path)
+    density = density_for_d_link(molecule.xyz[0], sizes, rules, settings.patches.d_link, path)
     start = time.process_time()
-    roll_frame(molecule, 0, sizes, rules).surface(density)
+    roll_frame(molecule.xyz[0], sizes, rules).surface(density)
     return time.process_time() - start
 
 

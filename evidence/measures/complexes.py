@@ -27,7 +27,7 @@ def measure_complexes(job: Job) -> None:
     pair = []
     for side, path in enumerate(job.input.partners, 1):
         molecule = read_molecule(path)
-        rolled = roll_frame(molecule, 0, radii(molecule, settings.surface.radii), settings.surface)
+        rolled = roll_frame(molecule.xyz[0], radii(molecule, settings.surface.radii), settings.surface)
         dots, _ = rolled.surface_for_d_link(settings.surface.density, patches.d_link, f"{name} {side}")
         pair.append(partner_of(dots, molecule, f"{name} {side}", patches.d_link))
     wanted = {"sampler": "farthest", "n_dots": job.params.patches}

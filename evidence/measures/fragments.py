@@ -59,7 +59,7 @@ def dots_of(path: str, dots: str, settings: dict) -> Surface:
         return read_surface(path)
     molecule, rules = read_molecule(path), SurfaceSettings(**settings | {"reentrant": dots})
     assert rules.density != "auto"
-    return roll_frame(molecule, 0, radii(molecule, "dms"), rules).surface(rules.density)
+    return roll_frame(molecule.xyz[0], radii(molecule, "dms"), rules).surface(rules.density)
 
 
 def rows_table(grid: Grid) -> pd.DataFrame:

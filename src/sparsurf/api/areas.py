@@ -4,21 +4,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sparsurf.api.inputs import (
     MoleculeLike,
-    as_molecule,
     as_spheres,
-    is_file_of_spheres,
-    is_pair,
+    molecule_of_groups,
     refuse_dots,
 )
 from sparsurf.arguments import PROBE, RadiiLike
-from sparsurf.errors import InputError, argument
+from sparsurf.errors import InputError
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.residues import standard_name
 from sparsurf.molecules.selection import POLYMERS, Groups, Partners, groups_of_atoms, partners_of_atoms
@@ -102,7 +100,7 @@ class Areas:
         `side_chain` of polymers, neither of which counts ligands, and of `polar` atoms (N and O) and all others (`apolar`);
         hydrogens count as the atom that they are bonded to.
         """
-        molecule = self._known_molecule("residues")
+        molecule, _ = self._known("residues")
         table = molecule.residues.assign(**self._sums(molecule.residue_index))
         table.insert(5, "relative", table["accessible"] / maximal_areas(table["residue_name"].to_numpy(str)))
         return table
@@ -110,14 +108,12 @@ class Areas:
     @cached_property
     def chains(self) -> pd.DataFrame:
         """Table of chains of polymers, and of each ligand by itself: chain, and the areas of `residues`."""
-        return self._table_of("chain", partners_of_atoms(self._known_molecule("chains")))
+        return self._table_of("chain", partners_of_atoms(self._known("chains")[0]))
 
     @cached_property
     def groups(self) -> pd.DataFrame:
         """Table of groups, by default those of `chains`: group, and the areas of `residues`."""
-        self._known_molecule("groups")
-        assert self.partners is not None  # of a molecule
-        return self._table_of("group", self.partners)
+        return self._table_of("group", self._known("groups")[1])
 
     @cached_property
     def contacts(self) -> pd.DataFrame:
@@ -126,9 +122,9 @@ class Areas:
         The area is that of the residue's group and the partner where only these two are present. Pairs that bury nothing are
         left out.
         """
-        molecule, (atom, partner, buried) = self._known_molecule("contacts"), self._contacts
-        assert self.partners is not None  # of a molecule
-        return table_of_contacts(molecule, self.partners, molecule.residue_index[atom], partner, buried)
+        molecule, partners = self._known("contacts")
+        atom, partner, buried = self._contacts
+        return table_of_contacts(molecule, partners, molecule.residue_index[atom], partner, buried)
 
     @cached_property
     def pairs(self) -> pd.DataFrame:
@@ -138,11 +134,10 @@ class Areas:
         """
         import pandas as pd
 
-        self._known_molecule("pairs")
-        assert self.partners is not None  # of a molecule
+        _, partners = self._known("pairs")
         atom, other, buried = self._contacts
-        names, n = np.array(self.partners.names), len(self.partners.names)
-        pair = self.partners.number[atom] * n + other
+        names, n = np.array(partners.names), len(partners.names)
+        pair = partners.number[atom] * n + other
         sums = np.bincount(pair, buried, n * n)
         listed = sorted(np.flatnonzero(sums).tolist(), key=lambda k: (*sorted(divmod(k, n)), k))
         first, second = np.divmod(np.array(listed, int), n)
@@ -152,9 +147,9 @@ class Areas:
     @cached_property
     def _contacts(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Atoms, the partners that bury some of their area, and that area."""
-        assert self.molecule is not None and self.partners is not None
-        xyz, radii = self.molecule.xyz[self.frame].round(3), radii_of(self.molecule, self.table or "dms")
-        return contacts_of_spheres(xyz, radii, self.probe_radius, self.partners.number)
+        molecule, partners = self._known("contacts")
+        xyz, radii = molecule.xyz[self.frame].round(3), radii_of(molecule, self.table or "dms")
+        return contacts_of_spheres(xyz, radii, self.probe_radius, partners.number)
 
     @property
     def _areas(self) -> dict[str, np.ndarray]:
@@ -162,10 +157,8 @@ class Areas:
 
     def _sums(self, groups: np.ndarray) -> dict[str, np.ndarray]:
         """Return the sums of the areas, and of parts of the accessible one, over atoms of the same number, (A,) from 0."""
-        molecule = self._known_molecule("sums")
-        parts = {
-            name: mask * self.accessible for name, mask in parts_of_residues(molecule, self.frame).items()
-        }
+        parts = parts_of_residues(self._known("sums")[0], self.frame)
+        parts = {name: mask * self.accessible for name, mask in parts.items()}
         return {name: np.bincount(groups, values) for name, values in (self._areas | parts).items()}
 
     def _table_of(self, name: str, partners: Partners) -> pd.DataFrame:
@@ -174,11 +167,11 @@ class Areas:
 
         return pd.DataFrame({name: partners.names} | self._sums(partners.number))
 
-    def _known_molecule(self, table: str) -> Molecule:
-        """Return the molecule; raise InputError for spheres, which have no table of residues and chains."""
-        if self.molecule is None:
+    def _known(self, table: str) -> tuple[Molecule, Partners]:
+        """Return the molecule and its partners; raise InputError for spheres, which have no table of residues and chains."""
+        if self.molecule is None or self.partners is None:
             raise InputError(f"areas: spheres have no {table}; give a structure, or use the table of atoms.")
-        return self.molecule
+        return self.molecule, self.partners
 
 
 @public()
@@ -250,12 +243,9 @@ def areas(
     radii = check_radii(radii)
     refuse_dots("areas", molecule)
     if groups is not None:
-        if is_pair(molecule) or is_file_of_spheres(molecule):
-            raise InputError(f"{argument('groups')}: spheres have no chains; give a structure.")
-        molecule = as_molecule(cast("MoleculeLike", molecule), groups)
-    atoms, frame, atom_radii = as_spheres(molecule, frame, radii)
-    xyz = atoms.xyz[frame].round(3)
-    if not isinstance(atoms, Molecule):
+        molecule = molecule_of_groups(molecule, groups)
+    atoms, xyz, atom_radii = as_spheres(molecule, frame, radii)
+    if atoms is None:
         computed = areas_of_spheres(xyz, atom_radii, probe_radius, np.zeros(len(atom_radii), int))
         return Areas(computed.accessible, computed.excluded, computed.buried, probe_radius)
     partners = partners_of_atoms(atoms) if groups is None else groups_of_atoms(atoms, groups)

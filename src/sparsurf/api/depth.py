@@ -9,7 +9,6 @@ import numpy as np
 from sparsurf.api.inputs import MoleculeLike, as_spheres
 from sparsurf.api.surfaces import placement
 from sparsurf.arguments import PROBE, Cavities, RadiiLike
-from sparsurf.molecules.molecule import Molecule
 from sparsurf.suggestions import public
 from sparsurf.surfaces.radii import PROBE_RADIUS
 
@@ -70,10 +69,9 @@ def depth(
     from sparsurf.dot_fields.depth import depth_of_atoms, depth_of_residues
 
     rules = placement(PROBE.check(probe_radius, "probe_radius"), "auto", radii, cavities)
-    atoms, frame, atom_radii = as_spheres(molecule, frame, radii)
-    xyz = atoms.xyz[frame].round(3)
+    atoms, xyz, atom_radii = as_spheres(molecule, frame, radii)
     values = depth_of_atoms(xyz, atom_radii, rules.probe_radius, rules.cavities)
-    if not isinstance(atoms, Molecule):
+    if atoms is None:
         return pd.DataFrame({"atom": np.arange(len(xyz)), "depth": values})
     table = atoms.labels(np.arange(len(xyz))).assign(depth=values)
     return table.assign(residue_depth=depth_of_residues(atoms, values)[atoms.residue_index])

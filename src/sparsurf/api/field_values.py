@@ -85,8 +85,7 @@ def with_fields(
             )
     of_atoms = [field for field in fields if field != ROUGHNESS]
     if of_atoms:
-        table = compute_fields(of_atoms, molecule, surface.points, dots=surface, **values_of_atoms)
-        values = {str(name): column.to_numpy() for name, column in table.items()}
+        values = compute_fields(of_atoms, molecule, surface.points, dots=surface, **values_of_atoms)
     if ROUGHNESS in fields:
         from scipy.spatial import cKDTree  # here: it takes a quarter of a second to load
 

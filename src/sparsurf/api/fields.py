@@ -135,7 +135,11 @@ def fields(
     names = field_names(names, "names")
     if not names:
         raise InputError(f"{argument('names')}: there are no fields; give at least one, such as 'potential'.")
-    return compute_fields(names, atoms.frame(frame), surface.points, charges, table, surface, smooth)
+    import pandas as pd  # here: it takes long to load
+
+    return pd.DataFrame(
+        compute_fields(names, atoms.frame(frame), surface.points, charges, table, surface, smooth)
+    )
 
 
 def _are_names(value: Any) -> bool:

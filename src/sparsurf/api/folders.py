@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from sparsurf import progress
-from sparsurf.api.parts import FORMATS, digest_of_arguments, in_parts, store_beside, table_writers
+from sparsurf.api.parts import digest_of_arguments, in_parts, store_beside, table_writers
 from sparsurf.api.writing import write_file
 from sparsurf.errors import InputError
 from sparsurf.files import checksum_of_file, pluralise
@@ -75,7 +75,7 @@ class ResultsOfFolder(Iterator[tuple[str, Any]]):
                 for path in self._files.values()
             )
             tables = self._tables(self._successes(store, digests), written)
-            write_file(output, FORMATS, table_writers(tables, self.failures))
+            write_file(output, table_writers(tables, self.failures))
         return sum(written)
 
     def _tables(self, results: Iterator[tuple[str, Any]], written: list[int]) -> Iterator[pd.DataFrame]:

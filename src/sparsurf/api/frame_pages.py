@@ -99,7 +99,7 @@ def page_of_frames(
     atoms, trace = DrawnAtoms(shown, molecule.n_residues), np.flatnonzero(is_trace(molecule))
     drawn = superposed(shown.xyz[positions], trace if len(trace) > 2 else np.flatnonzero(molecule.heavy))
     atom_radii, rules = radii(molecule, request.rules.radii), request.rules
-    density = density_for_d_link(molecule, 0, atom_radii, rules, D_LINK, NAME_IN_ERRORS)
+    density = density_for_d_link(molecule.xyz[0], atom_radii, rules, D_LINK, NAME_IN_ERRORS)
     rules = replace(rules, density=density)  # of all frames
     request = request._replace(rules=rules)
 

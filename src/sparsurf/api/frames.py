@@ -369,7 +369,7 @@ def write_frames(molecule: Molecule, request: FramesRequest, path: str | Path, j
         tables = _all_tables(molecule, request, lambda: map(_read_part, files))
         for name, table in tables.items():
             output = path if name == "residues" else path_of_frames(path, name)
-            write_file(output, FORMATS, table_writers(table))
+            write_file(output, table_writers(table))
     ranking = tables["ranking"][0]
     return Written(molecule.n_frames, molecule.n_frames - computed, ranking)
 
@@ -425,8 +425,7 @@ def residues_of_frame(
     if request.fields:
         origin = SurfaceOrigin.of_atoms(molecule, position, xyz, request.rules, D_LINK, atom_radii)
         placed = replace(surface, origin=origin)
-        computed = compute_fields(request.fields, molecule.frame(position), surface.points, dots=placed)
-        values = {str(name): computed[name].to_numpy() for name in computed}
+        values = compute_fields(request.fields, molecule.frame(position), surface.points, dots=placed)
     table = residue_table(
         replace(surface, fields=values),
         frame.prepared.roughness,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from numbers import Integral
 from pathlib import Path
-from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeGuard
 
 import numpy as np
@@ -56,8 +55,7 @@ def as_molecule(source: MoleculeLike, groups: Groups | None = None) -> Molecule:
 
     Raise InputError for anything else.
     """
-    if isinstance(source, str | Path):
-        source = open_source(source)
+    source = opened_source(source)
     if isinstance(source, Source):
         from sparsurf.molecules.read_molecule import molecule_of_files  # here, as below: pairs need no reader
 
@@ -186,8 +184,8 @@ def check_frame(molecule: Molecule, frame: Any, name: str) -> None:
         raise InputError(f"{name} has {frames}: there is no frame {frame}.")
 
 
-def as_spheres(source: Any, frame: int, table: RadiiLike) -> tuple[Any, int, np.ndarray]:
-    """Return a molecule, a frame of it, and the radii of its atoms, from all that `surface` takes."""
+def as_spheres(source: Any, frame: int, table: RadiiLike) -> tuple[Molecule | None, np.ndarray, np.ndarray]:
+    """Return the molecule, None for spheres, and the centres in a frame and radii, Å, of all that `surface` takes."""
     if is_file_of_spheres(source):
         spheres = read_spheres(source)
         source = spheres.xyz, spheres.radii
@@ -195,19 +193,24 @@ def as_spheres(source: Any, frame: int, table: RadiiLike) -> tuple[Any, int, np.
         if frame != 0:
             raise InputError(f"the molecule has one frame, 0: there is no frame {frame}.")
         xyz, values = (real_numbers(part, "molecule: a part of the pair").astype(float) for part in source)
-        return SimpleNamespace(xyz=xyz[None]), 0, values
+        return None, xyz.round(3), values
     molecule = as_molecule(source)
     check_frame(molecule, frame, "the molecule")
-    return molecule, frame, radii(molecule, table)
+    return molecule, molecule.xyz[frame].round(3), radii(molecule, table)
+
+
+def molecule_of_groups(source: Any, groups: Groups) -> Molecule:
+    """Return a molecule with only the atoms of `groups`; raise InputError for spheres."""
+    if is_pair(source) or is_file_of_spheres(source):
+        raise InputError(f"{argument('groups')}: spheres have no chains; give a structure.")
+    return as_molecule(source, groups)
 
 
 def first_group(
     source: Any, frame: int, groups: Groups, table: RadiiLike
 ) -> tuple[Molecule, tuple[np.ndarray, np.ndarray]]:
     """Return the molecule of the first group, and the centres and radii of the atoms of the others in a frame."""
-    if is_pair(source) or is_file_of_spheres(source):
-        raise InputError(f"{argument('groups')}: spheres have no chains; give a structure.")
-    molecule = as_molecule(source, groups)
+    molecule = molecule_of_groups(source, groups)
     check_frame(molecule, frame, "the molecule")
     number, xyz = groups_of_atoms(molecule, groups).number, molecule.xyz[frame].round(3)
     return molecule.take(number == 0), (xyz[number > 0], radii(molecule, table)[number > 0])

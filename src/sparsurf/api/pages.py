@@ -360,7 +360,7 @@ def with_default_fields(surface: Surface, molecule: Molecule | None) -> tuple[Su
         except InputError:
             missing.append(name)
         else:
-            fields.setdefault(name, table[name].to_numpy())
+            fields.setdefault(name, table[name])
     return replace(surface, fields=fields), missing
 
 

@@ -18,7 +18,6 @@ from sparsurf.api.surfaces import placement
 from sparsurf.arguments import DENSITY_LIMITS, JOBS, NUMBER_OF_DOTS, PROBE, SEED, Cavities, RadiiLike
 from sparsurf.errors import InputError
 from sparsurf.molecules.listing import structures_in
-from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.selection import Groups
 from sparsurf.patches.index import D_LINK, build_grid
 from sparsurf.sampling.farthest_point import farthest_points
@@ -153,15 +152,12 @@ def _chosen(molecule: Any, request: PointsRequest, frame: int = 0, groups: Group
     rules, partner = request.rules, None
     if groups is not None:
         molecule, partner = first_group(molecule, frame, groups, rules.radii)
-    atoms, frame, atom_radii = as_spheres(molecule, frame, rules.radii)
-    xyz = atoms.xyz[frame].round(3)
+    atoms, xyz, atom_radii = as_spheres(molecule, frame, rules.radii)
     rolled = roll_spheres(xyz, atom_radii, rules.probe_radius, cavities=rules.cavities)
     dots, n, placed = _dense_dots(rolled, request.n_dots, request.density)
     chosen, nearest = farthest_points(build_grid(on_steps(dots.points)), n, stream(request.seed, "points"))
     area = np.bincount(nearest, dots.area, n)
-    origin = SurfaceOrigin.of_atoms(
-        atoms if isinstance(atoms, Molecule) else None, frame, xyz, rules, D_LINK, atom_radii
-    )
+    origin = SurfaceOrigin.of_atoms(atoms, frame, xyz, rules, D_LINK, atom_radii)
     origin = replace(origin, partner=partner)
     few = Surface(
         dots.points[chosen].astype(np.float32),

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 from sparsurf.api.inputs import MoleculeLike, as_spheres, refuse_dots
 from sparsurf.arguments import CAVITIES, D_LINK, PROBE, Cavities, RadiiLike, check_choice, check_flag
 from sparsurf.errors import InputError, argument
-from sparsurf.molecules.molecule import Molecule
 from sparsurf.suggestions import public
 from sparsurf.surfaces.molecular_surface import surface_of_surface_atoms
 from sparsurf.surfaces.radii import PROBE_RADIUS, check_radii
@@ -88,11 +87,10 @@ def surface_atoms(
     check_choice(cavities, CAVITIES, "cavities")
     check_flag(plugs, "plugs")
     refuse_dots("surface_atoms", molecule)
-    atoms, frame, sphere_radii = as_spheres(molecule, frame, radii)
-    spheres = Spheres(atoms.xyz[frame].round(3), sphere_radii, [])
-    of_molecule = atoms if isinstance(atoms, Molecule) else None
+    atoms, xyz, sphere_radii = as_spheres(molecule, frame, radii)
+    spheres = Spheres(xyz, sphere_radii, [])
     rules = Placement(probe_radius, radii=radii, cavities=cavities)
-    return atoms_of_surface(spheres, rules, bool(plugs), of_molecule, frame)
+    return atoms_of_surface(spheres, rules, bool(plugs), atoms, frame)
 
 
 def surface_of_atoms(atoms: SurfaceAtoms, rules: Placement | None = None, d_link: float = D_LINK) -> Surface:

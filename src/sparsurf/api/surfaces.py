@@ -45,7 +45,6 @@ from sparsurf.arguments import (
     check_choice,
 )
 from sparsurf.errors import InputError, argument
-from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.selection import Groups
 from sparsurf.patches.index import D_LINK, PatchIndex, build_index
 from sparsurf.suggestions import public
@@ -159,8 +158,8 @@ def surface(
         atoms = as_molecule(molecule)
         check_frame(atoms, frame, "the molecule")
         return surface_of_molecule(atoms, rules, d_link, "surface", frame)
-    atoms, _, sphere_radii = as_spheres(molecule, 0, radii)
-    return surface_of_spheres(atoms.xyz[0], sphere_radii, rules, d_link, "surface")
+    _, xyz, sphere_radii = as_spheres(molecule, 0, radii)
+    return surface_of_spheres(xyz, sphere_radii, rules, d_link, "surface")
 
 
 def _accessible(molecule: Any, frame: int, rules: Placement, d_link: float) -> Surface:
@@ -173,8 +172,8 @@ def _accessible(molecule: Any, frame: int, rules: Placement, d_link: float) -> S
         raise InputError(
             "surface: give the molecule, of which the accessible surface is placed on all atoms."
         )
-    atoms, frame, atom_radii = as_spheres(molecule, frame, rules.radii)
-    return accessible_surface(atoms.xyz[frame].round(3), atom_radii, rules, d_link, "surface")
+    _, xyz, atom_radii = as_spheres(molecule, frame, rules.radii)
+    return accessible_surface(xyz, atom_radii, rules, d_link, "surface")
 
 
 @public(of_dots=True)
@@ -217,8 +216,8 @@ def components(
     target = surface(molecule) if source is None else as_dots(source)
     if target.origin is not None:
         if source is dots and (is_pair(molecule) or is_file_of_spheres(molecule)):
-            spheres, frame, atom_radii = as_spheres(molecule, 0, "dms")
-            target.origin.refuse_spheres("components", spheres.xyz[frame], atom_radii)
+            _, xyz, atom_radii = as_spheres(molecule, 0, "dms")
+            target.origin.refuse_spheres("components", xyz, atom_radii)
         elif source is dots:
             atoms = as_molecule(molecule)
             frame = min(target.origin.frame, atoms.n_frames - 1)
@@ -227,12 +226,12 @@ def components(
     elif source is molecule:
         raise InputError("components: these dots carry no molecule; pass it first, then the dots.")
     else:
-        atoms, frame, atom_radii = as_spheres(molecule, 0, "dms")
+        _, xyz, atom_radii = as_spheres(molecule, 0, "dms")
         if not 0 <= target.atom.min() <= target.atom.max() < len(atom_radii):
             raise InputError(
                 "components: the dots are not those of the molecule; give its dots from surface()."
             )
-        component = components_of(target, atoms.xyz[frame].round(3), atom_radii, PROBE_RADIUS)
+        component = components_of(target, xyz, atom_radii, PROBE_RADIUS)
     return component, table_of_components(target, component)
 
 
@@ -312,10 +311,9 @@ def mesh(
                 "mesh: cavities applies to a molecule, or to all dots that surface() placed; remove it, or give the molecule."
             )
         return mesh_of_dots(as_dots(source), size, names)
-    atoms, frame, atom_radii = as_spheres(source, 0, "dms")
-    molecule = atoms if isinstance(atoms, Molecule) else None
+    molecule, xyz, atom_radii = as_spheres(source, 0, "dms")
     rules = Placement(cavities=cavities or "remove")
-    origin = SurfaceOrigin.of_atoms(molecule, frame, atoms.xyz[frame].round(3), rules, D_LINK, atom_radii)
+    origin = SurfaceOrigin.of_atoms(molecule, 0, xyz, rules, D_LINK, atom_radii)
     return mesh_of_atoms(origin, size, names)
 
 

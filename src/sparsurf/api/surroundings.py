@@ -55,22 +55,20 @@ def with_surroundings(molecule: Molecule) -> Molecule:
             break
     else:
         return molecule
-    if molecule.n_frames == 1:  # of a file of several models, it may be any
-        off = np.abs(whole.xyz[:, placed] - molecule.xyz).max(axis=(1, 2))
-        whole = whole.frame(int(off.argmin()))
-    if whole.n_frames != molecule.n_frames or (
-        np.abs(whole.xyz[:, placed] - molecule.xyz).max() > SAME_POSITION
-    ):
+    if molecule.n_frames not in (1, whole.n_frames):
         return molecule
-    near = ~np.isin(np.arange(whole.n_atoms), placed) & ~np.isin(whole.kind, ("protein", "water"))
-    strangers = np.flatnonzero(near)
-    near[strangers] = np.isin(
-        np.arange(len(strangers)), pairs_within(molecule.xyz[0], whole.xyz[0, strangers], NEAR_MOLECULE)[0]
+    off = np.abs(whole.xyz[:, placed] - molecule.xyz).max(axis=(1, 2))
+    if molecule.n_frames == 1:  # of a file of several models, it may be any
+        whole, off = whole.frame(int(off.argmin())), off.min()
+    if np.any(off > SAME_POSITION):
+        return molecule
+    others = np.setdiff1d(np.flatnonzero(~np.isin(whole.kind, ("protein", "water"))), placed)
+    near = others[pairs_within(molecule.xyz[0], whole.xyz[0, others], NEAR_MOLECULE)[0]]
+    is_nucleic = whole.kind == "nucleic"
+    strands = whole.chain[near[is_nucleic[near]]]
+    chosen = np.isin(whole.residue_index, whole.residue_index[near]) | (
+        is_nucleic & np.isin(whole.chain, strands)
     )
-    is_strand = (whole.kind == "nucleic") & np.isin(
-        whole.chain, whole.chain[near & (whole.kind == "nucleic")]
-    )
-    chosen = is_strand | np.isin(whole.residue_index, whole.residue_index[near])
     chosen[placed] = False
     around = whole.take(chosen)
     names = [attribute.name for attribute in fields(molecule)][3:-3]  # of the columns of atoms

@@ -115,11 +115,11 @@ class DotsToWrite:
         """The columns that hold numbers, by name; `dot` first."""
         columns = {str(name): np.asarray(column) for name, column in self.table.items()}
         columns |= {name: values for name, values in self.surface.fields.items() if name not in columns}
-        columns = {name: column for name, column in columns.items() if name not in POSITION_COLUMNS}
+        left_out = {*POSITION_COLUMNS}
         if self.surface.reconstruction is not None:  # a PLY says it in its header
-            columns = {name: column for name, column in columns.items() if name not in RECONSTRUCTION_COLUMNS}
-        columns = {name: columns[name] for name in sorted(columns, key=lambda name: name != "dot")}
-        return {name: column for name, column in columns.items() if column.dtype.kind in "iuf"}
+            left_out |= {*RECONSTRUCTION_COLUMNS}
+        names = sorted((name for name in columns if name not in left_out), key=lambda name: name != "dot")
+        return {name: columns[name] for name in names if columns[name].dtype.kind in "iuf"}
 
     @property
     def _all(self) -> pd.DataFrame:
@@ -189,13 +189,13 @@ def parse_output(output: str | Path, formats: Sequence[str]) -> tuple[str, bool,
 
 
 def write_file(
-    output: str | Path, formats: Sequence[str], writers: Mapping[str, Callable[[Path], Any]]
+    output: str | Path, writers: Mapping[str, Callable[[Path], Any]], formats: Sequence[str] = ()
 ) -> None:
     """Write a result under its final name once it is whole; what is a link, a pipe or a device stays one.
 
-    `writers` are functions of a path by suffix; output and formats are those of `parse_output`.
+    `writers` are functions of a path by suffix; output and formats, by default these suffixes, are those of `parse_output`.
     """
-    suffix, packed, folder = parse_output(output, formats)
+    suffix, packed, folder = parse_output(output, formats or [*writers])
     if suffix in BY_TRIMESH:
         import_trimesh(output)  # before the folder of the result, whose name the error would have
     _remove_leftovers(folder)
@@ -226,7 +226,7 @@ def _remove_leftovers(folder: Path | None) -> None:
 
 def write_page(path: str | Path, html: str) -> None:
     """Write a page under its final name once it is whole."""
-    write_file(path, PAGE_ENDINGS, {".html": lambda file: file.write_text(html, encoding="utf-8")})
+    write_file(path, {".html": lambda file: file.write_text(html, encoding="utf-8")})
 
 
 def write_dots(output: str | Path, dots: DotsToWrite) -> None:
@@ -297,12 +297,10 @@ def write_dots(output: str | Path, dots: DotsToWrite) -> None:
         )
     if dots.faces is not None:
         refuse_replacing(output, companions=beside_mesh(output))
-    write_file(output, dots.formats, writers)
+    write_file(output, writers, dots.formats)
     if (faces := dots.faces) is not None and (second := path_of_faces(output)) is not None:
         write_file(
-            second,
-            (".face",),
-            {".face": lambda path: write_faces(path, surface, numbers(), faces, n_spheres, header)},
+            second, {".face": lambda path: write_faces(path, surface, numbers(), faces, n_spheres, header)}
         )
 
 
@@ -390,7 +388,7 @@ def write_table(
     writers |= dict.fromkeys(
         PAGE_FORMATS, lambda path: _write_profile(path, table, about, surface, str(output))
     )
-    write_file(output, (*TABLE_FORMATS, *PAGE_FORMATS), writers)
+    write_file(output, writers)
 
 
 def _write_column(
@@ -415,7 +413,7 @@ def _write_column(
         )
     if lacking := int(np.isnan(values).sum()):
         log.warning("%s: %d atoms have no %s; their B factor is 0", output, lacking, column)
-    write_file(output, OF_COLUMN, {".pdb": lambda file: molecule.write_pdb(file, frame, fitting)})
+    write_file(output, {".pdb": lambda file: molecule.write_pdb(file, frame, fitting)})
 
 
 def _write_profile(
@@ -533,7 +531,7 @@ def write(
         from sparsurf.api.surface_atoms import writers_of_atoms
 
         writers = writers_of_atoms(cast("SurfaceAtoms", result))
-        write_file(path, tuple(writers), writers)
+        write_file(path, writers)
         return
     if atoms is not None:
         check_frame(atoms, frame, "the molecule")
@@ -554,7 +552,7 @@ def write(
         name = source.name if isinstance(source, NamedPoints) else title(files[0]) if files else ""
         of_points = source.to_frame()
         of_points.insert(0, "name", name)
-        write_file(path, (".parquet",), table_writers([of_points], {}))
+        write_file(path, table_writers([of_points], {}))
         return
     if isinstance(source, Points):
         table = {name: column for name, column in source.columns().items() if name not in source.fields}
@@ -590,7 +588,7 @@ def _write_molecule(molecule: Molecule, path: str | Path, frame: int) -> None:
         ".xyzr": spheres(None),
         ".xyzrn": spheres(_names_of_atoms(molecule)),
     }
-    write_file(path, tuple(writers), writers)
+    write_file(path, writers)
 
 
 def _names_of_atoms(molecule: Molecule) -> list[str]:
@@ -651,7 +649,7 @@ def _write_chimerax(path: Path, dots: DotsToWrite) -> None:
     script = chimerax_script(path.name, bild.name, of_molecule, dots.key(path))
     writers[path] = lambda file: file.write_text(script, encoding="utf-8")
     for file, writer in writers.items():
-        write_file(file, (file.suffix.lower(),), {file.suffix.lower(): writer})
+        write_file(file, {file.suffix.lower(): writer})
 
 
 def _write_scene(path: Path, dots: DotsToWrite) -> None:

@@ -226,7 +226,7 @@ def _run(given: dict[str, str]) -> None:
             )))  # fmt: skip
     _refuse_replacing(given, [name for name, _ in writers])
     for name, writer in writers:
-        write_file(name, (Path(name).suffix,), {Path(name).suffix: writer})
+        write_file(name, {Path(name).suffix: writer})
 
 
 def _refuse_replacing(given: dict[str, str], files: Sequence[str]) -> None:

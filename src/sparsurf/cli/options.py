@@ -414,10 +414,9 @@ def with_requested_fields(args: argparse.Namespace, surface: Surface, molecule: 
         raise InputError(
             f"--fields: {args.file} holds dots, but fields are computed from atoms; give a structure."
         )
-    values = compute_fields(
+    fields = compute_fields(
         names, molecule.frame(args.frame or 0), surface.points, dots=surface, **values_of_atoms(args)
     )
-    fields = {str(name): column.to_numpy() for name, column in values.items()}
     return replace(surface, fields=surface.fields | fields)
 
 

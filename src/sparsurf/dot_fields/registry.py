@@ -26,8 +26,6 @@ from sparsurf.errors import InputError, argument
 from sparsurf.molecules.residues import standard_name
 
 if TYPE_CHECKING:
-    import pandas as pd
-
     from sparsurf.molecules.molecule import Molecule
     from sparsurf.surfaces.surface import Surface
 
@@ -175,14 +173,12 @@ def compute_fields(
     table: str | os.PathLike[str] | None = None,
     dots: Surface | None = None,
     smooth: float | None = None,
-) -> pd.DataFrame:
-    """Compute fields of a molecule's first frame at points (Å), one column per name, function, map, or column of the CSV `table`.
+) -> dict[str, np.ndarray]:
+    """Compute fields of a molecule's first frame at points (Å), by name: of names, functions, maps, or columns of a CSV `table`.
 
     `dots` are the points as they were placed, which fields of dots need. `smooth`, Å, averages B factors and columns over the
     atoms nearby, and adds _smooth to their names.
     """
-    import pandas as pd  # here: it takes long to load, and most commands compute no field
-
     if not isinstance(charges, str | os.PathLike):
         raise InputError(
             f"{argument('charges')} is {type(charges).__name__}; it must be table, pdb2pqr or the path of a PQR file."
@@ -230,7 +226,7 @@ def compute_fields(
         raise InputError(
             f"{argument('smooth')} averages B factors and columns of a table; ask for one of these, or leave it out."
         )
-    return pd.DataFrame(out)
+    return out
 
 
 def names_of_fields(fields: Sequence[FieldLike]) -> list[str]:

@@ -88,7 +88,7 @@ def surface_of_frame(
     number = int(molecule.frame_number[position])
     where = f"{streams.name}, frame {number}"
     try:
-        rolled = roll_frame(molecule, position, atom_radii, settings.surface)
+        rolled = roll_frame(molecule.xyz[position], atom_radii, settings.surface)
         density, d_link = settings.surface.density, settings.patches.d_link
         surface, _ = rolled.surface_for_d_link(density, d_link, where)
     except InputError as error:

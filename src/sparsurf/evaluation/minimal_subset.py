@@ -230,8 +230,7 @@ def represent(
         placed = surface
         if surface.origin is None and any(map(takes_dots, names)):
             placed = on_molecule(surface, molecule, settings)
-        computed = compute_fields(names, molecule, surface.points, table=table, dots=placed)
-        fields = {str(name): computed[name].to_numpy() for name in computed}
+        fields = compute_fields(names, molecule, surface.points, table=table, dots=placed)
         surface = replace(surface, fields=surface.fields | fields)
     if molecule is not None and surface.origin is None and min(surface.kind.min(), surface.atom.min()) >= 0:
         surface = on_molecule(surface, molecule, settings)

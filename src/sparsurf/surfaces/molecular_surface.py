@@ -6,7 +6,6 @@ import logging
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from types import SimpleNamespace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -60,12 +59,11 @@ def surface_of_spheres(
     xyz: np.ndarray, radii: np.ndarray, settings: Rules, d_link: float, name: str
 ) -> Surface:
     """Place dots on spheres at `xyz` (A, 3) with `radii` (A,), Å, with a density that suits d_link (Å)."""
-    spheres = SimpleNamespace(xyz=xyz[None].round(3))
-    rolled = roll_frame(spheres, 0, radii, settings)
+    xyz = xyz.round(3)
+    rolled = roll_frame(xyz, radii, settings)
     dots, _ = rolled.surface_for_d_link(settings.density, d_link, name)
-    generator = partial(surface_generator, spheres, 0, radii, settings, d_link, "surface")
-    xyz, points = spheres.xyz[0], dots.points.copy()
-    origin = SurfaceOrigin(None, 0, xyz, settings, d_link, radii, rolled, points, generator)
+    generator = partial(surface_generator, xyz, radii, settings, d_link, "surface")
+    origin = SurfaceOrigin(None, 0, xyz, settings, d_link, radii, rolled, dots.points.copy(), generator)
     return dots.with_origin(origin)
 
 
@@ -73,31 +71,22 @@ def accessible_surface(
     xyz: np.ndarray, radii: np.ndarray, settings: Rules, d_link: float, name: str
 ) -> Surface:
     """Place dots on the solvent-accessible surface of spheres: where the centre of a probe that touches them can be."""
-    rolled = roll_frame(SimpleNamespace(xyz=xyz[None]), 0, radii, settings)
+    rolled = roll_frame(xyz, radii, settings)
     centres = rolled._replace(radii=rolled.rolling.atoms.reach, probe=0.0)
     return centres.surface_for_d_link(settings.density, d_link, name)[0]
 
 
 def surface_of_surface_atoms(atoms: SurfaceAtoms, settings: Rules, d_link: float) -> Surface:
     """Place dots on the atoms that determine a surface; where these are exact, the dots carry all atoms of the molecule."""
-    rolled = roll_frame(SimpleNamespace(xyz=atoms.centres[None]), 0, atoms.radii, settings)
+    rolled = roll_frame(atoms.centres, atoms.radii, settings)
     rolled = rolled._replace(atom=atoms.atom[rolled.atom])
     dots, _ = rolled.surface_for_d_link(settings.density, d_link, "surface")
     if not atoms.is_exact:
         return dots
     xyz, radii = atoms.spheres.xyz, atoms.spheres.radii
-    whole = SimpleNamespace(xyz=xyz[None])
-    generator = partial(surface_generator, whole, 0, radii, settings, d_link, "surface")
+    generator = partial(surface_generator, xyz, radii, settings, d_link, "surface")
     origin = SurfaceOrigin(
-        atoms.molecule,
-        atoms.frame,
-        xyz,
-        settings,
-        d_link,
-        radii,
-        rolled,
-        dots.points.copy(),
-        generator,
+        atoms.molecule, atoms.frame, xyz, settings, d_link, radii, rolled, dots.points.copy(), generator
     )
     return dots.with_origin(origin)
 
@@ -164,13 +153,12 @@ def _below_limit(density: float, d_link: float, name: str) -> float:
     return density
 
 
-def roll_frame(
-    molecule: Molecule | SimpleNamespace, position: int, atom_radii: np.ndarray, settings: Rules
-) -> RolledFrame:
-    """Roll the probe over one frame of atoms with radii (A,), Å; positions get the decimals of a PDB file."""
+def roll_frame(xyz: np.ndarray, atom_radii: np.ndarray, settings: Rules) -> RolledFrame:
+    """Roll the probe over atoms (A, 3) with radii (A,), Å; positions get the decimals of a PDB file."""
     # A structure gives the same dots before and after it is written to a PDB file
-    xyz = molecule.xyz[position].round(3)
-    return roll_spheres(xyz, atom_radii, settings.probe_radius, settings.reentrant, settings.cavities)
+    return roll_spheres(
+        xyz.round(3), atom_radii, settings.probe_radius, settings.reentrant, settings.cavities
+    )
 
 
 def roll_spheres(
@@ -195,35 +183,20 @@ def rolled_atoms(atoms: SurfaceOrigin) -> RolledFrame:
 
 
 def density_for_d_link(
-    molecule: Molecule | SimpleNamespace,
-    position: int,
-    atom_radii: np.ndarray,
-    settings: Rules,
-    d_link: float,
-    name: str,
+    xyz: np.ndarray, atom_radii: np.ndarray, settings: Rules, d_link: float, name: str
 ) -> float:
-    """Return the density of one frame that suits d_link (Å); where the config sets it, no surface is generated."""
+    """Return the density on atoms (A, 3), Å, that suits d_link (Å); where the config sets it, no surface is generated."""
     if not isinstance(settings.density, str):
         return settings.density
-    rolled = roll_frame(molecule, position, atom_radii, settings)
-    return rolled.surface_for_d_link(settings.density, d_link, name)[1]
+    return roll_frame(xyz, atom_radii, settings).surface_for_d_link(settings.density, d_link, name)[1]
 
 
 def surface_generator(
-    molecule: Molecule | SimpleNamespace,
-    position: int,
-    atom_radii: np.ndarray,
-    settings: Rules,
-    d_link: float,
-    name: str,
+    xyz: np.ndarray, atom_radii: np.ndarray, settings: Rules, d_link: float, name: str
 ) -> tuple[Callable[[np.ndarray], Surface], np.ndarray]:
-    """Return how dots are placed on moved atoms (A, 3), Å, at the density of one frame, and the positions in that frame."""
-    density = density_for_d_link(molecule, position, atom_radii, settings, d_link, name)
-
-    def generate(xyz: np.ndarray) -> Surface:
-        return roll_frame(SimpleNamespace(xyz=xyz[None]), 0, atom_radii, settings).surface(density)
-
-    return generate, molecule.xyz[position].round(3)
+    """Return how dots are placed on moved atoms (A, 3), Å, at the density for their positions `xyz`, and these positions."""
+    density = density_for_d_link(xyz, atom_radii, settings, d_link, name)
+    return lambda moved: roll_frame(moved, atom_radii, settings).surface(density), xyz.round(3)
 
 
 def molecular_surface(

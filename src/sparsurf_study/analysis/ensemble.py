@@ -40,7 +40,7 @@ def evaluate_frames(
     atom_radii = radii(molecule, surface.radii)
     # Of the first frame, for all frames: with a density of its own, each frame would have other dots for the link, and n_S
     # and d over time would show the density too
-    density = density_for_d_link(molecule, 0, atom_radii, surface, d_link, streams.name)
+    density = density_for_d_link(molecule.xyz[0], atom_radii, surface, d_link, streams.name)
     settings = settings.model_copy(update={"surface": surface.model_copy(update={"density": density})})
     first, last = (molecule.n_frames * k // part[1] for k in (part[0] - 1, part[0]))
     rows: list[dict[str, Any]] = []

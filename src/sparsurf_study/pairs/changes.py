@@ -63,7 +63,7 @@ def read_forms(
     forms: list[Form] = []
     for form, (surface, structure) in files.items():
         molecule = numbered_alike(read_study_structure(structure), reference) if forms else reference
-        generate, _ = surface_generator(molecule, 0, radii(molecule, rules.radii), rules, d_link, form)
+        generate, _ = surface_generator(molecule.xyz[0], radii(molecule, rules.radii), rules, d_link, form)
         forms.append(Form(form, read_npz(surface), molecule, generate))
     return forms[0], forms[1]
 

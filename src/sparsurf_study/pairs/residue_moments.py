@@ -68,7 +68,7 @@ def describe_residues(dots: Surface, molecule: Molecule, name: str, threads: int
 
 def _fields(molecule: Molecule, points: np.ndarray) -> pd.DataFrame:
     """Return FIELDS at dots (N, F): those that users know, and scales of residues (Å^3, share, e)."""
-    table = compute_fields(["hydropathy", "potential"], molecule, points)
+    table = pd.DataFrame(compute_fields(["hydropathy", "potential"], molecule, points))
     none = dict.fromkeys(VOLUME, 0.0)
     for name, scale in (("volume", VOLUME), ("aromaticity", none | RINGS), ("charge", none | CHARGES)):
         table[name] = mean_of_residues(scale, molecule, points)

@@ -445,27 +445,27 @@ def test_the_suffix_decides(tmp_path, capfdbinary):
         ("a.dms.gz", ".dms in part.dms"),
         ("a.csv.GZ", ".csv in part.csv"),
     ):
-        writing.write_file(tmp_path / name, writing.SUFFIXES_OF_DOTS, written)
+        writing.write_file(tmp_path / name, written, writing.SUFFIXES_OF_DOTS)
         packed = name.lower().endswith(".gz")
         content = gzip.compress(words.encode(), mtime=0) if packed else words.encode()  # the same at any time
         assert (tmp_path / name).read_bytes() == content
-    writing.write_file("-", writing.SUFFIXES_OF_DOTS, written)
+    writing.write_file("-", written, writing.SUFFIXES_OF_DOTS)
     assert capfdbinary.readouterr().out == b".csv in part.csv"
     with pytest.raises(
         InputError, match=r"cannot be written as '.ply'; name a file that ends in .csv, .npz."
     ):
-        writing.write_file(tmp_path / "a.ply", writing.TABLE_FORMATS, written)
+        writing.write_file(tmp_path / "a.ply", written, writing.TABLE_FORMATS)
     with pytest.raises(
         InputError, match=r"/a\.gz: the name has no suffix; name a file that ends in \.csv, \.npz, \.dms, "
     ):
-        writing.write_file(tmp_path / "a.gz", writing.SUFFIXES_OF_DOTS, written)
+        writing.write_file(tmp_path / "a.gz", written, writing.SUFFIXES_OF_DOTS)
 
     def broken(path):
         path.write_text("half")
         raise OSError("full")
 
     with pytest.raises(OSError):
-        writing.write_file(tmp_path / "b.csv", writing.SUFFIXES_OF_DOTS, {".csv": broken})
+        writing.write_file(tmp_path / "b.csv", {".csv": broken})
     names = ["a.PLY", "a.csv", "a.csv.GZ", "a.dms.gz"]
     assert sorted(path.name for path in tmp_path.iterdir()) == names
 
@@ -475,15 +475,11 @@ def test_links_and_pipes_stay_what_they_are(tmp_path):
     (tmp_path / "folder" / "old.csv").write_text("old")
     for name in ("old.csv", "new.csv"):  # there, and not there yet
         (tmp_path / name).symlink_to(tmp_path / "folder" / name)
-        writing.write_file(
-            tmp_path / name, writing.TABLE_FORMATS, {".csv": lambda path: path.write_text("dots")}
-        )
+        writing.write_file(tmp_path / name, {".csv": lambda path: path.write_text("dots")})
         assert (tmp_path / name).is_symlink() and (tmp_path / "folder" / name).read_text() == "dots"
     os.mkfifo(tmp_path / "pipe.csv")
     reader = os.open(tmp_path / "pipe.csv", os.O_RDONLY | os.O_NONBLOCK)
-    writing.write_file(
-        tmp_path / "pipe.csv", writing.TABLE_FORMATS, {".csv": lambda path: path.write_text("dots")}
-    )
+    writing.write_file(tmp_path / "pipe.csv", {".csv": lambda path: path.write_text("dots")})
     assert os.read(reader, 99) == b"dots" and (tmp_path / "pipe.csv").is_fifo()
     os.close(reader)
 

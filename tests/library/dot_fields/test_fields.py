@@ -118,9 +118,7 @@ def test_fields_come_in_the_order_of_their_names_and_what_has_no_place_is_refuse
     (tmp_path / "t.csv").write_text("residue,score\n209,1\n210,5\n")
     table = compute_fields(["score", "potential", "hydropathy"], molecule, points, table=tmp_path / "t.csv")
     assert list(table) == ["score", "potential", "hydropathy"]
-    assert table["potential"].to_numpy() == pytest.approx(
-        potential_of_charges(*table_charges(molecule), points)
-    )
+    assert table["potential"] == pytest.approx(potential_of_charges(*table_charges(molecule), points))
     with pytest.raises(
         InputError, match="there is no field 'score'; the fields are hydropathy, potential, bfactor"
     ):
@@ -612,7 +610,7 @@ def test_fields_are_those_of_the_first_frame(tmp_path):
     (tmp_path / "t.csv").write_text("residue,score\n1,1\n2,5\n3,7\n")
     points, names = one.xyz[0] + 1.5, ["hydropathy", "potential", "bfactor", "score"]
     found, wanted = (compute_fields(names, each, points, table=tmp_path / "t.csv") for each in (two, one))
-    pd.testing.assert_frame_equal(found, wanted)
+    pd.testing.assert_frame_equal(pd.DataFrame(found), pd.DataFrame(wanted))
     other = compute_fields(names, replace(one, xyz=away), points, table=tmp_path / "t.csv")
     assert all(not np.allclose(other[name], wanted[name]) for name in names)
     (tmp_path / "a.pqr").write_text(pqr(one))

@@ -43,17 +43,19 @@ def test_an_automatic_density_suits_the_linking_distance(tmp_path, caplog, n_res
     molecule, atom_radii = without_hydrogens(tmp_path, n_residues)
     caplog.clear()
     with caplog.at_level(logging.INFO, "sparsurf"):
-        surface, density = roll_frame(molecule, 0, atom_radii, SETTINGS).surface_for_d_link("auto", 0.5, "a")
+        surface, density = roll_frame(molecule.xyz[0], atom_radii, SETTINGS).surface_for_d_link(
+            "auto", 0.5, "a"
+        )
     refuse_sparse(surface.points, 0.5, "a")
     assert [record.levelname for record in caplog.records] == ["INFO"]
     assert f"a: {density:.2f} dots per Å^2" in caplog.text
-    assert density_for_d_link(molecule, 0, atom_radii, SETTINGS, 0.5, "a") == density
+    assert density_for_d_link(molecule.xyz[0], atom_radii, SETTINGS, 0.5, "a") == density
     assert 0.45 < MIN_D_LINK_PER_SPACING * spacing(surface.points) <= 0.5, "much denser than needed"
 
 
 def test_a_density_that_suits_already_stays_and_so_does_one_that_is_given(tmp_path, caplog):
     molecule, atom_radii = without_hydrogens(tmp_path, 3)
-    rolled = roll_frame(molecule, 0, atom_radii, SETTINGS)
+    rolled = roll_frame(molecule.xyz[0], atom_radii, SETTINGS)
     assert rolled.surface_for_d_link("auto", 1.0, "a")[1] == DENSITY
     thin, density = rolled.surface_for_d_link(0.1, 0.5, "a")
     assert density == 0.1 and len(thin) == len(rolled.surface(0.1))
@@ -66,7 +68,7 @@ def test_a_density_that_suits_already_stays_and_so_does_one_that_is_given(tmp_pa
 def test_dots_are_placed_once_on_a_protein_and_their_spacing_is_measured(monkeypatch, hydrogens, expected):
     """At a density that follows from the share of hydrogens; the published one leaves gaps on a protein without any."""
     molecule = read_molecule(ROOT / "data" / "tdp43" / "topology.pdb", hydrogens=hydrogens)
-    rolled, placed = roll_frame(molecule, 0, radii(molecule), SETTINGS), []
+    rolled, placed = roll_frame(molecule.xyz[0], radii(molecule), SETTINGS), []
     place = molecular_surface.place_dots
     monkeypatch.setattr(molecular_surface, "place_dots", lambda *given: placed.append(given) or place(*given))
     dots, density = rolled.surface_for_d_link("auto", 0.5, "a")
@@ -79,7 +81,7 @@ def test_dots_are_placed_once_on_a_protein_and_their_spacing_is_measured(monkeyp
 def test_a_linking_distance_needs_dots_closer_by_a_third_and_no_more_than_the_densest(tmp_path):
     molecule, atom_radii = without_hydrogens(tmp_path, 3)
     with pytest.raises(InputError, match=r"a: d_link = 0.05 Å .* 100 dots per Å\^2; give a larger d_link"):
-        roll_frame(molecule, 0, atom_radii, SETTINGS).surface_for_d_link("auto", 0.05, "a")
+        roll_frame(molecule.xyz[0], atom_radii, SETTINGS).surface_for_d_link("auto", 0.05, "a")
     points = np.column_stack([np.arange(50.0), np.zeros(50), np.zeros(50)])
     refuse_sparse(points, 1.301, "a")
     with pytest.raises(
@@ -94,10 +96,10 @@ def test_a_linking_distance_needs_dots_closer_by_a_third_and_no_more_than_the_de
 
 def test_a_density_grows_with_the_square_of_the_spacing_as_far_as_it_may(tmp_path, monkeypatch):
     molecule, atom_radii = without_hydrogens(tmp_path, 10)
-    dots = roll_frame(molecule, 0, atom_radii, SETTINGS).surface(DENSITY)
+    dots = roll_frame(molecule.xyz[0], atom_radii, SETTINGS).surface(DENSITY)
     least = MIN_D_LINK_PER_SPACING * spacing(dots.points)
     density = DENSITY * (1.02 * least / 0.5) ** 2
-    asked = molecule, 0, atom_radii, SETTINGS, 0.5, "a"
+    asked = molecule.xyz[0], atom_radii, SETTINGS, 0.5, "a"
     assert density_for_d_link(*asked) == pytest.approx(density)
     monkeypatch.setattr(molecular_surface, "MAX_DENSITY", 0.99 * density)
     with pytest.raises(InputError, match="so short"):
@@ -109,20 +111,19 @@ def test_atoms_stand_where_a_pdb_file_has_them_and_densities_are_the_same_elsewh
     molecule = replace(molecule, xyz=np.concatenate([molecule.xyz + 9, molecule.xyz + 0.0004]))
     other = SETTINGS.model_copy(update={"density": 3.0, "probe_radius": 1.8, "reentrant": "dms"})
     for settings in (SETTINGS, SETTINGS.model_copy(update={"density": 2.0}), other):
-        generate, atoms = surface_generator(molecule, 1, sizes, settings, 0.5, "a")
+        generate, atoms = surface_generator(molecule.xyz[1], sizes, settings, 0.5, "a")
         assert np.array_equal(atoms, molecule.xyz[1].round(3))
         assert all(record.levelno < logging.WARNING for record in caplog.records)
-        rolled = roll_frame(molecule, 1, sizes, settings)
+        rolled = roll_frame(molecule.xyz[1], sizes, settings)
         wanted = rolled.surface_for_d_link(settings.density, 0.5, "a")[0]
         assert np.array_equal(generate(atoms).points, wanted.points)
     wanted = molecular_surface.molecular_surface(atoms, sizes, 1.8, 3.0, "dms")
     assert np.array_equal(generate(atoms).points, wanted.points)
     exact = molecular_surface.molecular_surface(atoms, sizes, 1.8, 3.0)
     assert len(exact) != len(wanted)
-    xyz = np.array([[[0, 0, 0], [2.0, 0, 0]]])
+    xyz = np.array([[0, 0, 0], [2.0, 0, 0]])
     file, frame = (
-        roll_frame(SimpleNamespace(xyz=each), 0, np.full(2, 1.7), SETTINGS).surface(DENSITY)
-        for each in (xyz, xyz + 0.0004)
+        roll_frame(each, np.full(2, 1.7), SETTINGS).surface(DENSITY) for each in (xyz, xyz + 0.0004)
     )
     assert np.array_equal(file.points, frame.points)
 

@@ -132,7 +132,7 @@ def test_the_density_that_suits_the_first_frame_is_that_of_all(molecule):
     auto = SETTINGS.model_copy(update={"surface": SETTINGS.surface.model_copy(update=rules)})
     table = ensemble.evaluate_frames(molecule, auto, STREAMS, 1)
     own = radii(molecule, "bondi")
-    density = density_for_d_link(molecule, 0, own, auto.surface, 0.6, "p")
+    density = density_for_d_link(molecule.xyz[0], own, auto.surface, 0.6, "p")
     surfaces = [molecular_surface(xyz, own, 1.5, density) for xyz in molecule.xyz]
     assert table["N"].tolist() == [len(surface) for surface in surfaces]
 

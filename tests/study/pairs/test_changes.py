@@ -88,7 +88,7 @@ def test_residues_have_the_means_of_their_places(form, own):
     assert own.places[LYSINE] == len(alone)
     z = describe_patches(index, kept.points[alone], PATCH_RADIUS, descriptor="rotation_robust")[0][:, low]
     np.testing.assert_allclose(own.moments[LYSINE, 0], z.mean(axis=0), rtol=1e-3)  # float16
-    potential = compute_fields(["potential"], form.molecule, kept.points)["potential"].to_numpy()
+    potential = compute_fields(["potential"], form.molecule, kept.points)["potential"]
     of_field = describe_fields_of_patches(index, kept.points[alone], potential[None], PATCH_RADIUS)[
         :, 0, low
     ].mean(axis=0)
