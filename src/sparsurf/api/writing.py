@@ -64,8 +64,12 @@ OF_COLUMN = (".pdb",)  # which hold one column of a table as B factors
 PAGE_ENDINGS = (".html",)
 PAGE_FORMATS = kinds.suffixes("page")  # which show dots, or residues
 SCRIPTS = kinds.suffixes("script")  # which open files that are written next to them
+VIEWS = (*SCRIPTS, *PAGE_FORMATS)
+# What dots of a molecule, other dots, and a mesh are written as
+OUTPUTS_OF_DOTS, OUTPUTS_OF_DOTS_ALONE = (*SUFFIXES_OF_DOTS, *VIEWS), (*DOTS_ALONE, *VIEWS)
+OUTPUTS_OF_MESH = (*MESHES, *SCENES, *VIEWS)
 # Of a .pdb, its viewers choose the colours
-COLOURED = (*{*kinds.suffixes("colours")} - {".pdb"}, *SCRIPTS, *PAGE_FORMATS)
+COLOURED = (*{*kinds.suffixes("colours")} - {".pdb"}, *VIEWS)
 POSITION_COLUMNS = ("x", "y", "z", "nx", "ny", "nz")
 MAX_NAME_BYTES = 255  # bytes
 BESIDE_OUTPUT = ".sparsurf-"  # begins the name of the folder in which a result is written
@@ -106,9 +110,9 @@ class DotsToWrite:
     def formats(self) -> tuple[str, ...]:
         """Suffixes that they can be written with; a DMS file holds dots of a molecule, but no weights, a CSV no triangles."""
         if self.faces is not None:
-            return (*MESHES, *SCENES, *SCRIPTS, *PAGE_FORMATS)
+            return OUTPUTS_OF_MESH
         has_atoms = self.molecule is not None and self.shown != "weight"
-        return (*(SUFFIXES_OF_DOTS if has_atoms else DOTS_ALONE), *SCRIPTS, *PAGE_FORMATS)
+        return OUTPUTS_OF_DOTS if has_atoms else OUTPUTS_OF_DOTS_ALONE
 
     @property
     def numbers(self) -> dict[str, np.ndarray]:

@@ -4,7 +4,6 @@ import argparse
 from typing import Any
 
 from sparsurf.api import writing
-from sparsurf.api.inputs import is_file_of_spheres
 from sparsurf.cli import folders, options, outputs
 from sparsurf.errors import InputError
 from sparsurf.files import pluralise
@@ -83,26 +82,13 @@ def _computed(args: argparse.Namespace) -> tuple[Any, Any]:
     """Return the table of FILE, and its areas."""
     from sparsurf.api.areas import areas  # here: wrong arguments need no kernels
 
-    source: Any = args.file
     rules = options.placement_options(args)
     del rules["cavities"]  # no option of this command
-    table_of = args.of or "residues"
-    if is_file_of_spheres(args.file):
-        options.refuse_structure_options(args, "spheres")
-        if args.of not in (None, "atoms"):
-            raise InputError(
-                f"--of: {args.file} holds spheres, which have no {args.of}; leave the option out."
-            )
-        table_of = "atoms"
-    elif not options.reads_atoms(args):
-        options.refuse_file_of_dots(args)
-    else:
-        source = options.read_atoms(args)
-        rules["frame"] = args.frame or 0
-        options.say(f"areas of {source.n_atoms:,} atoms")
-        rules["groups"] = args.groups
-    computed = areas(source, **rules)
-    table = getattr(computed, table_of)
+    source, of_molecule = options.read_spheres_or_atoms(args, "areas of")
+    if not of_molecule and args.of not in (None, "atoms"):
+        raise InputError(f"--of: {args.file} holds spheres, which have no {args.of}; leave the option out.")
+    computed = areas(source, groups=args.groups, **rules, **of_molecule)
+    table = getattr(computed, args.of or ("residues" if of_molecule else "atoms"))
     if args.residues is not None and computed.molecule is not None:
         atoms = options.requested_atoms(args, computed.molecule)
         chosen = {*zip(computed.molecule.chain[atoms], computed.molecule.residue[atoms], strict=True)}

@@ -1,7 +1,6 @@
 """`sparsurf atoms`: the atoms that determine the surface of a molecule."""
 
 import argparse
-from typing import Any
 
 from sparsurf.api.inputs import is_file_of_spheres
 from sparsurf.cli import options, outputs
@@ -27,7 +26,7 @@ examples:
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
-    parser.add_argument("file", metavar="FILE", help="structure, or a file with radii or elements")
+    options.add_file(parser, "structure, or a file with radii or elements")
     options.add_output(parser, FORMATS)
     options.add_molecule(parser)
     options.add_placement(parser)
@@ -38,19 +37,9 @@ def run(args: argparse.Namespace) -> None:
     from sparsurf.api.surface_atoms import surface_atoms, surface_of_atoms  # here: they load kernels
     from sparsurf.api.writing import write
 
-    of_spheres = is_file_of_spheres(args.file)
-    outputs.check(args, (".xyzr",) if of_spheres else FORMATS)
-    source: Any = args.file
-    rules = options.placement_options(args)
-    if of_spheres:
-        options.refuse_structure_options(args, "spheres")
-    elif not options.reads_atoms(args):
-        options.refuse_file_of_dots(args)
-    else:
-        source = options.read_atoms(args)
-        rules["frame"] = args.frame or 0
-        options.say(f"surface of {source.n_atoms:,} atoms")
-    few = surface_atoms(source, **rules)
+    outputs.check(args, (".xyzr",) if is_file_of_spheres(args.file) else FORMATS)
+    source, of_molecule = options.read_spheres_or_atoms(args, "surface of")
+    few = surface_atoms(source, **options.placement_options(args), **of_molecule)
     write(few, args.output)
     if outputs.is_reported(args):
         n_touched, area = int(few.touched.sum()), surface_of_atoms(few).total_area

@@ -91,6 +91,7 @@ class Parser(argparse.ArgumentParser):
 
     def __init__(self, *args: Any, **settings: Any) -> None:
         """Make the parser as argparse does; its options take one value."""
+        settings |= {"formatter_class": argparse.RawDescriptionHelpFormatter, "allow_abbrev": False}
         super().__init__(*args, **settings)
         self.register("action", None, StoreOnce)
         self.register("action", "store", StoreOnce)
@@ -187,8 +188,6 @@ def build_parser(command: str | None) -> tuple[Parser, Parser | None]:
         prog="sparsurf",
         description="Minimal representations of molecular surfaces.",
         epilog=wrapped(EPILOG),
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        allow_abbrev=False,
     )
     parser.add_argument(
         "-q",
@@ -209,8 +208,6 @@ def build_parser(command: str | None) -> tuple[Parser, Parser | None]:
             help=line,
             description=f"{line[0].upper()}{line[1:]}.",
             epilog=wrapped(module.EXAMPLES),
-            formatter_class=argparse.RawDescriptionHelpFormatter,
-            allow_abbrev=False,
         )
         module.arguments(options)
         options.set_defaults(function=module.run)

@@ -28,7 +28,7 @@ examples:
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
-    parser.add_argument("file", metavar="FILE", help="structure or dots")
+    options.add_file(parser, "structure or dots")
     options.add_output(parser, writing.TABLE_FORMATS)
     where = parser.add_mutually_exclusive_group()
     where.add_argument(

@@ -55,11 +55,8 @@ examples:
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
-    parser.add_argument(
-        "file",
-        metavar="FILE",
-        help=f"structure of the trajectory (also {TOPOLOGY_LABELS}), or a file with several models",
-    )
+    text = f"structure of the trajectory (also {TOPOLOGY_LABELS}), or a file with several models"
+    options.add_file(parser, text)
     text = f"file to write ({' '.join(FORMATS)}); tables are written next to it, with _frames, _ranking and _contacts added"
     parser.add_argument("-o", "--output", required=True, metavar="OUT", help=text)
     text = "measure every n-th frame (default 1, all frames)"

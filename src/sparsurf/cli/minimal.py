@@ -15,7 +15,7 @@ from sparsurf.sampling.samplers import sampler_label
 from sparsurf.threads import available_cores
 from sparsurf.views.numbers import decimals, number, share
 
-FORMATS = (*writing.DOTS_ALONE, *writing.SCRIPTS, *writing.PAGE_FORMATS)
+FORMATS = writing.OUTPUTS_OF_DOTS_ALONE
 WIDE = 2.5  # ratio of the ends of an interval, of the number of dots, that calls for a fixed share
 
 EXAMPLES = """\
@@ -65,7 +65,7 @@ HELP = {
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
-    parser.add_argument("file", metavar="FILE", help="structure or dots")
+    options.add_file(parser, "structure or dots")
     options.add_output(parser, FORMATS)
     size = parser.add_mutually_exclusive_group()
     for name, limits in SIZES.items():

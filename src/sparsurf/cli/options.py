@@ -109,6 +109,11 @@ def number_within(limits: Limits) -> Callable[[str], float]:
     return parse
 
 
+def add_file(parser: argparse.ArgumentParser, meaning: str) -> None:
+    """Add FILE, which is read."""
+    parser.add_argument("file", metavar="FILE", help=meaning)
+
+
 def add_output(parser: argparse.ArgumentParser, formats: Sequence[str]) -> None:
     """Add the option of the output file."""
     help_text = f"file to write ({' '.join(formats)}, each also .gz)"
@@ -334,6 +339,18 @@ def refuse_file_of_dots(args: argparse.Namespace) -> NoReturn:
         f"{TOPOLOGY_LABELS} file will do"
     )
     raise InputError(what_is_no_structure(source_of(args), formats))
+
+
+def read_spheres_or_atoms(args: argparse.Namespace, of: str) -> tuple[Any, dict[str, Any]]:
+    """Return FILE, if it holds spheres, or its molecule, and arguments about that; `of` begins what is said of its atoms."""
+    if is_file_of_spheres(args.file):
+        refuse_structure_options(args, "spheres")
+        return args.file, {}
+    if not reads_atoms(args):
+        refuse_file_of_dots(args)
+    molecule = read_atoms(args)
+    say(f"{of} {molecule.n_atoms:,} atoms")
+    return molecule, {"frame": args.frame or 0}
 
 
 def read_dots(args: argparse.Namespace, cavities: str = "keep") -> tuple[Surface, Molecule | None]:

@@ -19,11 +19,12 @@ def check(args: argparse.Namespace, formats: tuple[str, ...], companions: Compan
 
     Neither the output nor its `companions`, the files that are written besides it, may replace what `refuse_replacing` names.
     """
-    inputs = [getattr(args, key, None) for key in READ_OPTIONS]
-    refuse_replacing(args.output, [file for file in inputs if isinstance(file, str | list)])
+    given = [getattr(args, key, None) for key in READ_OPTIONS]
+    inputs = [file for file in given if isinstance(file, str | list)]
+    refuse_replacing(args.output, inputs)
     ending = parse_output(args.output, formats)[0]
     companions = {**(companions or {}), **beside_script(args.output)}
-    refuse_replacing(args.output, [file for file in inputs if isinstance(file, str | list)], companions)
+    refuse_replacing(args.output, inputs, companions)
     if ending == ".png":
         refuse_missing_matplotlib(args.output)
     if ending in BY_TRIMESH:

@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 import argparse
-from typing import Any
 
 from sparsurf import kinds
 from sparsurf.api.field_values import check_fields
-from sparsurf.api.inputs import is_file_of_spheres
 from sparsurf.api.points import N_POINTS, points
-from sparsurf.api.writing import PAGE_FORMATS, SCRIPTS, SUFFIXES_OF_DOTS, write
+from sparsurf.api.writing import OUTPUTS_OF_DOTS, write
 from sparsurf.arguments import DENSITY_LIMITS, NUMBER_OF_DOTS
 from sparsurf.cli import folders, options, outputs
 from sparsurf.dot_fields.maps import MAPS
-from sparsurf.errors import InputError
 from sparsurf.molecules.formats import title
 from sparsurf.surfaces.chosen_points import NamedPoints, Points
 
-FORMATS = tuple(dict.fromkeys([*kinds.suffixes("points"), *SUFFIXES_OF_DOTS, *SCRIPTS, *PAGE_FORMATS]))
+FORMATS = tuple(dict.fromkeys([*kinds.suffixes("points"), *OUTPUTS_OF_DOTS]))
 EXAMPLES = f"""\
 The columns are x, y, z (Å), nx, ny, nz (the normal), area (Å^2, of the surface that the point represents), kind (0 contact,
 1 saddle, 2 concave), chain, residue, residue_name, atom_name, atom (its index, from 0) and the fields; numbers are float32. The
@@ -81,14 +78,8 @@ def run(args: argparse.Namespace) -> None:
 def _computed(args: argparse.Namespace) -> Points:
     """Return the points on FILE."""
     settings = {"density": args.density, "seed": args.seed, **options.placement_options(args, "remove")}
-    settings["fields"] = options.names_of_requested_fields(args)
-    source: Any = args.file
-    if is_file_of_spheres(args.file):
-        options.refuse_structure_options(args, "spheres")
-    elif not options.reads_atoms(args):
-        raise InputError(f"{args.file} is neither a structure by its content nor a folder.")
-    else:
-        source = options.read_atoms(args)
-        settings |= {"frame": args.frame or 0, "groups": args.groups}
-    options.say(f"points on {source.n_atoms:,} atoms" if hasattr(source, "n_atoms") else "points on spheres")
-    return points(source, args.n_dots, **settings)
+    settings |= {"fields": options.names_of_requested_fields(args), "groups": args.groups}
+    source, of_molecule = options.read_spheres_or_atoms(args, "points on")
+    if not of_molecule:
+        options.say("points on spheres")
+    return points(source, args.n_dots, **settings, **of_molecule)

@@ -52,7 +52,7 @@ examples:
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
-    parser.add_argument("file", metavar="FILE", help="dots with normals")
+    options.add_file(parser, "dots with normals")
     options.add_output(parser, writing.SUFFIXES_OF_DOTS)
     parser.add_argument(
         "--mesh", action="store_true", help="write a closed mesh of triangles instead of dots"
@@ -98,9 +98,9 @@ def run(args: argparse.Namespace) -> None:
     formats = (
         writing.TABLE_FORMATS
         if args.at is not None
-        else (*writing.MESHES, *writing.SCENES, *writing.SCRIPTS, *writing.PAGE_FORMATS)
+        else writing.OUTPUTS_OF_MESH
         if args.mesh
-        else (*writing.SUFFIXES_OF_DOTS, *writing.SCRIPTS, *writing.PAGE_FORMATS)
+        else writing.OUTPUTS_OF_DOTS
     )
     outputs.check(args, formats, beside_mesh(args.output) if args.mesh else None)
     with heard(args.file) as args.heard:

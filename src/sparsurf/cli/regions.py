@@ -24,7 +24,7 @@ examples:
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
-    parser.add_argument("file", metavar="FILE", help="structure or dots")
+    options.add_file(parser, "structure or dots")
     options.add_output(parser, FORMATS)
     parser.add_argument(
         "--field", required=True, choices=options.SeveralNames("field"), metavar="NAME",

@@ -6,7 +6,7 @@ from sparsurf.api import writing
 from sparsurf.arguments import LENGTH, R_PATCH
 from sparsurf.cli import options, outputs
 
-FORMATS = (*writing.SUFFIXES_OF_NUMBERS, *writing.SCENES, *writing.SCRIPTS, *writing.PAGE_FORMATS)
+FORMATS = writing.OUTPUTS_OF_DOTS_ALONE
 EXAMPLES = """\
 Roughness is the mean cosine of the angles between the normals of a patch and their mean: 1 is flat, 0 is rough. A PLY stores it
 as a vertex property and as a colour, and a .pml file opens the dots in these colours in PyMOL. A .html file is the page of
@@ -22,7 +22,7 @@ examples:
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
-    parser.add_argument("file", metavar="FILE", help="structure or dots")
+    options.add_file(parser, "structure or dots")
     options.add_output(parser, FORMATS)
     help_text = f"radius of a patch in Å (default {R_PATCH:g})"
     parser.add_argument("--r-patch", type=options.number_within(LENGTH), default=R_PATCH, help=help_text)

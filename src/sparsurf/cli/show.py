@@ -40,7 +40,7 @@ examples:
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
-    parser.add_argument("file", metavar="FILE", help="structure, dots, or a mesh in PLY")
+    options.add_file(parser, "structure, dots, or a mesh in PLY")
     help_text = "file to write (.html; default: the name of FILE with the suffix .html)"
     parser.add_argument("-o", "--output", metavar="OUT", help=help_text)
     parser.add_argument(

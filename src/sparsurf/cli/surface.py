@@ -4,6 +4,8 @@ import argparse
 import os
 from dataclasses import replace
 
+import numpy as np
+
 from sparsurf.api import writing
 from sparsurf.api.about import heard
 from sparsurf.api.inputs import is_file_of_spheres
@@ -14,10 +16,9 @@ from sparsurf.errors import InputError
 from sparsurf.files import pluralise
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.surfaces.radii import radii
-from sparsurf.surfaces.surface import COMPONENT_FIELD, SurfaceOrigin
+from sparsurf.surfaces.surface import COMPONENT_FIELD, Surface, SurfaceOrigin
 
-FORMATS = (*writing.SUFFIXES_OF_DOTS, *writing.SCRIPTS, *writing.PAGE_FORMATS)
-FORMATS_OF_MESH = (*writing.MESHES, *writing.SCENES, *writing.SCRIPTS, *writing.PAGE_FORMATS)
+FORMATS = writing.OUTPUTS_OF_DOTS
 EXAMPLES = """\
 The columns of a CSV are x,y,z,nx,ny,nz, area (Å^2), kind (0 contact, 1 saddle, 2 concave), component (0 is the largest), chain,
 residue, residue_name, atom_name and atom (its index among the atoms that are read, from 0). A PLY of dots is a point cloud,
@@ -74,7 +75,7 @@ def run(args: argparse.Namespace) -> None:
         )
     options.refuse_size_of_mesh(args)
     if args.mesh:
-        outputs.check(args, FORMATS_OF_MESH, beside_mesh(args.output))
+        outputs.check(args, writing.OUTPUTS_OF_MESH, beside_mesh(args.output))
     else:
         outputs.check(args, FORMATS)
     if is_file_of_spheres(args.file):
@@ -90,7 +91,6 @@ def run(args: argparse.Namespace) -> None:
 def _of_spheres(args: argparse.Namespace) -> writing.DotsToWrite:
     """Return the dots or triangles of a file with radii, or of a small molecule."""
     from sparsurf.api.surfaces import mesh, surface
-    from sparsurf.surfaces.components import columns_of_components, summarize_components
 
     options.refuse_structure_options(args, "spheres")
     names = options.names_of_requested_fields(args)
@@ -100,10 +100,8 @@ def _of_spheres(args: argparse.Namespace) -> writing.DotsToWrite:
     if args.mesh:
         made = mesh(dots, density=args.density, n_vertices=args.n_vertices, step=args.step, fields=names)
         return replace(writing.mesh_dots(made), coloured=args.colours)
-    component = dots.known_components("components")
-    parts = summarize_components(columns_of_components(dots, component))
-    table = {"area": dots.area, "kind": dots.kind, COMPONENT_FIELD: component, "atom": dots.atom}
-    message = f"{len(dots):,} dots, {dots.total_area:,.0f} Å^2, {_words(parts)}"
+    table, message = _with_components(dots)
+    table["atom"] = dots.atom
     dots = options.with_fields_of_spheres(dots, names)
     return writing.DotsToWrite(dots, table, message=message, about=options.about(args))
 
@@ -111,7 +109,6 @@ def _of_spheres(args: argparse.Namespace) -> writing.DotsToWrite:
 def _dots(args: argparse.Namespace, molecule: Molecule) -> writing.DotsToWrite:
     """Return the dots with their component and their fields."""
     from sparsurf.api.surfaces import surface
-    from sparsurf.surfaces.components import columns_of_components, summarize_components
 
     if "roughness" in options.names_of_requested_fields(args):
         raise InputError(
@@ -120,11 +117,8 @@ def _dots(args: argparse.Namespace, molecule: Molecule) -> writing.DotsToWrite:
     rules = options.placement_options(args, _cavities(args))
     bare = surface(molecule, frame=args.frame or 0, density=args.density or "auto", **rules)
     dots = options.with_requested_fields(args, bare, molecule)
-    component = bare.known_components("components")
-    parts = summarize_components(columns_of_components(bare, component))
-    table = {"area": dots.area, "kind": dots.kind, COMPONENT_FIELD: component}
+    table, message = _with_components(bare)
     table |= molecule.label_columns(dots.atom)
-    message = f"{len(dots):,} dots, {dots.total_area:,.0f} Å^2, {_words(parts)}"
     about = options.about(args)
     if args.residues is not None:
         chosen = options.dots_of_residues(args, dots, molecule)
@@ -160,10 +154,16 @@ def _cavities(args: argparse.Namespace) -> str:
     return "remove" if args.mesh else "keep"
 
 
-def _words(summary: dict[str, float | int]) -> str:
-    """Return the message on the components of a surface."""
-    text = f"{summary['volume']:,.0f} Å^3, {pluralise(int(summary['components']), 'component')}"
-    if not summary["cavities"]:
-        return text
-    noun = "cavity" if summary["cavities"] == 1 else "cavities"
-    return f"{text}, of which {summary['cavities']} {noun} with {summary['cavity_dots']:,} dots"
+def _with_components(dots: Surface) -> tuple[dict[str, np.ndarray], str]:
+    """Return the columns of all dots of a placement, and the message on these dots and the components of their surface."""
+    from sparsurf.surfaces.components import columns_of_components, summarize_components
+
+    component = dots.known_components("components")
+    summary = summarize_components(columns_of_components(dots, component))
+    columns = {"area": dots.area, "kind": dots.kind, COMPONENT_FIELD: component}
+    parts = pluralise(int(summary["components"]), "component")
+    text = f"{len(dots):,} dots, {dots.total_area:,.0f} Å^2, {summary['volume']:,.0f} Å^3, {parts}"
+    if summary["cavities"]:
+        noun = "cavity" if summary["cavities"] == 1 else "cavities"
+        text += f", of which {summary['cavities']} {noun} with {summary['cavity_dots']:,} dots"
+    return columns, text

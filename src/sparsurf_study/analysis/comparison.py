@@ -41,6 +41,7 @@ USE = {  # of each measure: the subset as the surface, as patch centres, or only
     "median patch size kept": "surface",
     "seconds": "dots",  # of one draw, without index and cover
 }
+FRAGMENTED = "kept", "kept_scaled"  # readings under which a subset may fall into islands
 COMPARISON_KEYS = ["sampler", "percent", "use", "measure"]
 
 
@@ -116,28 +117,21 @@ def _measure(
     """Return measure -> (P, D, T), or (P,) for measures that are not means over test dots."""
     of_subsets = [_compare_with_nearest(prepared, subset, tests, z_tot) for subset in subsets]
     nearest, distance, weighted = (np.array(x) for x in zip(*of_subsets, strict=True))
-    surface, dots = prepared.distances(subsets, tests, z_tot, "full")
-    kept, left = prepared.distances(subsets, tests, z_tot, "kept")
-    scaled, linked = prepared.distances(subsets, tests, z_tot, "kept_scaled")
-    recovered, _ = prepared.distances(subsets, tests, z_tot, RECOVERED)
+    z, sizes = {}, {}
+    for reading in ("full", *FRAGMENTED, RECOVERED):
+        z[f"Z {reading}"], sizes[reading] = prepared.distances(subsets, tests, z_tot, reading)
     centres, inverse = np.unique(nearest, return_inverse=True)
     of_centres = prepared.describe(centres)[0][inverse.reshape(nearest.shape)]
-    whole = np.median(dots.reshape(shape), axis=(1, 2)).clip(1)
-
-    def fragment(sizes: np.ndarray) -> np.ndarray:
-        return 100 * np.median(np.reshape(sizes, shape), axis=(1, 2)) / whole
-
-    out = {
-        "Z full": surface,
+    size = {reading: np.median(of_dots.reshape(shape), axis=(1, 2)) for reading, of_dots in sizes.items()}
+    out = z | {
         "Z full weighted": weighted,
-        "Z recovered": recovered,
-        "Z kept_scaled": scaled,
-        "Z kept": kept,
         "Z centres": np.linalg.norm(of_centres - z_tot, axis=-1),
         "position": distance,
         "normal": _angle(prepared.normals[tests], prepared.normals[nearest]),
     }
-    fragments = {"median patch size kept_scaled": fragment(linked), "median patch size kept": fragment(left)}
+    fragments = {
+        f"median patch size {reading}": 100 * size[reading] / size["full"].clip(1) for reading in FRAGMENTED
+    }
     return {measure: values.reshape(shape) for measure, values in out.items()} | fragments
 
 
@@ -175,7 +169,7 @@ def _rows(
 def _warn_of_fragments(table: pd.DataFrame, name: str) -> None:
     """Warn once of the subsets that are fragmented, under each reading that keeps the largest island of the kept dots."""
     cases = []
-    for rule in ("kept", "kept_scaled"):
+    for rule in FRAGMENTED:
         part = table[table["measure"] == f"median patch size {rule}"]
         for sampler, rows in part.groupby("sampler", sort=False):
             low = rows.loc[rows["value"] < 100 * FRAGMENTED_BELOW, "percent"]
