@@ -16,6 +16,7 @@ from sparsurf_study.config.check import check_config, read_config
 from sparsurf_study.config.memory import memory_of_machine
 from sparsurf_study.workflow.ends import answers_of_run, failed_places
 from sparsurf_study.workflow.folders import default_config, home_of, study_folder
+from sparsurf_study.workflow.signals import on_stop
 
 PLANNING_OPTIONS = {"-n", "--dry-run", "--dryrun"}
 
@@ -73,9 +74,9 @@ def run_study(config: dict, files: Sequence[Path], options: Sequence[str], home:
 
 
 def snakemake(files: Sequence[Path], *options: str) -> tuple[int, bool]:
-    """Run Snakemake, to which SIGTERM is passed on; return its exit code and whether a signal has stopped it.
+    """Run Snakemake; return its exit code and whether a signal has stopped it.
 
-    Its lock stays after a kill; `begin_run` holds one that does not.
+    SIGTERM and SIGHUP are passed on to it. Its lock stays after a kill; `begin_run` holds one that does not.
     """
     plain = [sys.executable, "-m", "snakemake", "--nolock", "--logger", "sparsurf"]
     command = [*plain, "--configfile", *map(str, files), *options]
@@ -87,6 +88,6 @@ def snakemake(files: Sequence[Path], *options: str) -> tuple[int, bool]:
         if number != signal.SIGINT:
             process.terminate()
 
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, pass_on)
+    signal.signal(signal.SIGINT, pass_on)
+    on_stop(pass_on)
     return process.wait(), bool(received)

@@ -24,6 +24,7 @@ from sparsurf.garbage import collect_rarely
 from sparsurf.messages import listening
 from sparsurf_study.settings import StudySettings, name_in_config
 from sparsurf_study.workflow.job_logs import COMPILING, ERROR_MARK, PROGRESS, SHOWN, STOPPED, USED_MARK
+from sparsurf_study.workflow.signals import on_stop
 
 if TYPE_CHECKING:
     from sparsurf.streams import Streams
@@ -71,7 +72,7 @@ class Job:
 @contextmanager
 def job(snakemake: Any) -> Iterator[Job]:
     """Run a script: its output goes to the log of the rule, and an error ends it with one sentence (traceback in the log)."""
-    signal.signal(signal.SIGTERM, signal.default_int_handler)  # so that it removes its temporary folders
+    on_stop(signal.default_int_handler)  # so that it removes its temporary folders
     try:
         # by lines, so that a reader of the log follows a running job
         log = open(snakemake.log[0], "w", encoding="utf-8", buffering=1)  # noqa: SIM115, closed below

@@ -1,4 +1,7 @@
-"""SIGTERM ends a study at once: by itself, Snakemake would wait until the running jobs have finished, for hours."""
+"""SIGTERM ends a study at once, and so does a closed terminal.
+
+By itself, Snakemake would wait until the running jobs have finished, for hours, or leave them running without it.
+"""
 
 import os
 import signal
@@ -11,15 +14,17 @@ from typing import NoReturn
 
 import psutil
 
-SIGNALLED = threading.Event()  # by SIGTERM or Ctrl-C
+from sparsurf_study.workflow.signals import on_stop
+
+SIGNALLED = threading.Event()  # by SIGTERM, SIGHUP or Ctrl-C
 SECONDS_TO_KILL = 5.0  # after the signal, which a kernel that computes for minutes does not notice
 SECONDS_TO_END = 12.0  # of Snakemake, which on Slurm sleeps for up to three minutes before it asks again which jobs have ended
 NOTICE = "\nStopped. Finished results stay; the same command continues where it was."
 
 
 def end_jobs_on_sigterm() -> None:
-    """Let SIGTERM end the running jobs, and Snakemake as Ctrl-C does; called when Snakemake has set its own handler."""
-    signal.signal(signal.SIGTERM, _stop)
+    """Let SIGTERM and SIGHUP end the running jobs, and Snakemake as Ctrl-C does; called when Snakemake has set its handler."""
+    on_stop(_stop)
     if (
         signal.getsignal(signal.SIGINT) is signal.default_int_handler
     ):  # a shell lets its background ignore Ctrl-C
@@ -34,8 +39,8 @@ def _interrupt(number: int, frame: FrameType | None) -> NoReturn:
     signal.default_int_handler(number, frame)
 
 
-def _stop(number: int, _: FrameType | None) -> NoReturn:
-    signal.signal(number, signal.SIG_IGN)
+def _stop(_number: int, _: FrameType | None) -> NoReturn:
+    on_stop(signal.SIG_IGN)
     SIGNALLED.set()
     threading.Thread(target=_end_jobs).start()  # no daemon: this process waits for the last of them
     raise KeyboardInterrupt
@@ -53,7 +58,8 @@ def _end_jobs() -> None:
                 job.send_signal(signal.SIGKILL if seconds > SECONDS_TO_KILL else signal.SIGTERM)
         signalled |= jobs
         if seconds > SECONDS_TO_END and not jobs:
-            print(NOTICE, file=sys.stderr, flush=True)
+            with suppress(OSError):  # of a closed terminal
+                print(NOTICE, file=sys.stderr, flush=True)
             os._exit(128 + signal.SIGTERM)
         time.sleep(0.1)
 

@@ -1,4 +1,4 @@
-"""SIGTERM ends a study within seconds, with every process of its jobs, and the next run ends in equal bytes."""
+"""SIGTERM or SIGHUP ends a study within seconds, with every process of its jobs, and the next run ends in equal bytes."""
 
 import os
 import signal
@@ -12,6 +12,7 @@ import pytest
 
 import kills
 from conftest import ROOT
+from sparsurf_study.workflow.signals import on_stop
 
 ROUGHNESS = "results/one/one/c1/roughness.csv"
 SNAKEFILE = """
@@ -39,6 +40,12 @@ def wait_for(condition, process):
     raise AssertionError(f"it did not happen; exit code {process.poll()}")
 
 
+def hear_all_signals():
+    """The shell of a test may let it ignore Ctrl-C, and nohup the end of its terminal."""
+    for number in (signal.SIGINT, signal.SIGHUP):
+        signal.signal(number, signal.SIG_DFL)
+
+
 def below(process):
     """Return the processes that another has started, and those that they have."""
     return psutil.Process(process.pid).children(recursive=True)
@@ -59,17 +66,26 @@ def is_running(job):
         return False
 
 
-def test_jobs_that_ignore_the_signal_end_with_snakemake(tmp_path):
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+def test_jobs_that_ignore_the_signal_end_with_snakemake(tmp_path, number):
     (tmp_path / "Snakefile").write_text(SNAKEFILE)
     command = [sys.executable, "-m", "snakemake", "--cores", "2"]
     environment = os.environ | {"PYTHONPATH": str(ROOT / "src")}
-    process = subprocess.Popen(command, cwd=tmp_path, env=environment)
+    process = subprocess.Popen(command, cwd=tmp_path, env=environment, preexec_fn=hear_all_signals)
     wait_for(lambda: all((tmp_path / f"{name}.begun").exists() for name in "ab"), process)
     jobs = below(process)
     assert len(jobs) >= 2
-    process.terminate()
+    process.send_signal(number)
     assert process.wait(60) != 0
     assert not still_running(jobs)
+
+
+def test_a_study_under_nohup_goes_on_without_its_terminal(monkeypatch):
+    handlers = {signal.SIGTERM: signal.SIG_DFL, signal.SIGHUP: signal.SIG_IGN}
+    monkeypatch.setattr(signal, "getsignal", handlers.get)
+    monkeypatch.setattr(signal, "signal", handlers.__setitem__)
+    on_stop(print)
+    assert handlers == {signal.SIGTERM: print, signal.SIGHUP: signal.SIG_IGN}
 
 
 @pytest.fixture(scope="module")
@@ -87,18 +103,17 @@ def undisturbed(tmp_path_factory):
         ("-m snakemake --configfile one.yaml", [signal.SIGTERM]),
         ("-m sparsurf_study run one.yaml", [signal.SIGINT]),
         ("-m sparsurf_study run one.yaml", [signal.SIGINT] * 2),
+        ("-m sparsurf_study run one.yaml", [signal.SIGHUP]),
     ],
 )
 def test_a_stopped_study_continues_to_the_bytes_of_an_undisturbed_one(
     undisturbed, tmp_path, command, signals
 ):
-    """SIGTERM reaches what the user has started alone, and Ctrl-C all processes of the terminal."""
+    """SIGTERM reaches what the user has started alone; Ctrl-C, and the end of the terminal, all of its processes."""
     folder, said = kills.checkout(tmp_path / "stopped"), tmp_path / "said"
     whole = [*command.split(), "--cores", "2", ROUGHNESS]
     own = {"env": os.environ | {"PYTHONPATH": str(ROOT / "src")}, "start_new_session": True}
-    own["preexec_fn"] = lambda: signal.signal(
-        signal.SIGINT, signal.SIG_DFL
-    )  # which the shell of a test may ignore
+    own["preexec_fn"] = hear_all_signals
     with said.open("w") as stream:
         process = subprocess.Popen([sys.executable, *whole], cwd=folder, stdout=stream, stderr=stream, **own)
         wait_for((folder / "results/one/logs/one/c1/compute_surface.log").exists, process)
