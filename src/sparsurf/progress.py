@@ -7,15 +7,20 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import TypeVar
+from typing import TypeAlias, TypeVar
 
 DELAY = 2.0  # s; a shorter loop shows no bar
 SECONDS_PER_LINE = 30.0  # of a log, which shows no bar
 Item = TypeVar("Item")
+Report: TypeAlias = Callable[[int, int], None]  # what a loop calls with how much is done, and of how much
 # The command line and the functions of `sparsurf` turn the bars on. The jobs of a study share a terminal and leave them off.
 enabled = False
 before_compiling: Callable[[], None] | None = None  # called before each kernel that is not stored
 stage = ""  # what a command does now, and how far it is, for the lines of a log
+
+
+def unreported(done: int, total: int) -> None:
+    """Say nothing of how much is done."""
 
 
 class Progress:

@@ -26,7 +26,7 @@ from sparsurf.api.inputs import (
     subset_indices,
 )
 from sparsurf.api.surfaces import as_surface
-from sparsurf.api.whole import WholeSurface, whole_surface, with_patches
+from sparsurf.api.whole import patches_or_none, whole_surface
 from sparsurf.arguments import index_array
 from sparsurf.dot_fields.depth import depth_of_atoms, depth_of_residues
 from sparsurf.dot_fields.maps import is_map
@@ -243,25 +243,23 @@ def residues(
         fields = dict(surface.fields)
         dot_roughness = fields.pop(ROUGHNESS, np.full(len(surface), np.nan))
         surface = replace(surface, fields=fields)
-    whole = None
-    if dot_roughness is None or (
-        is_sparse and surface.origin is not None and not np.isnan(dot_roughness).any()
-    ):
-        whole = _surface_of_patches(surface)
-    roughness_of_all = None if whole is None else whole.roughness(PatchesSettings())
-    if dot_roughness is not None:
-        values = dot_roughness
-    elif whole is not None and roughness_of_all is not None:
-        values = roughness_of_all[whole.nearest]
-    else:
-        values = np.full(len(surface), np.nan)
+    whole, values = None, np.full(len(surface), np.nan) if dot_roughness is None else dot_roughness
+    if dot_roughness is None or (is_sparse and surface.origin is not None and not np.isnan(values).any()):
+        is_part = (
+            surface.origin is not None and surface.placed is None
+        )  # whose patches would end at its border
+        patches = PatchesSettings()
+        whole = whole_surface(surface) if is_part else patches_or_none("residues", surface, patches)
+    if whole is not None:
+        roughness_of_all = whole.roughness(PatchesSettings())
+        values = roughness_of_all[whole.nearest] if dot_roughness is None else values
     if values.shape != (len(surface),):
         raise InputError(
             f"residues: roughness_values has the shape {values.shape}; the dots are {len(surface)}."
         )
-    if dot_roughness is not None and not is_sparse and np.isnan(dot_roughness).any():
+    if roughness_values is not None and not is_sparse and (n_unknown := np.isnan(values).sum()):
         raise InputError(
-            f"residues: roughness_values is NaN at {np.isnan(dot_roughness).sum():,} of {len(dot_roughness):,} dots; give the "
+            f"residues: roughness_values is NaN at {n_unknown:,} of {len(values):,} dots; give the "
             "roughness of every dot, or leave it out."
         )
     if isinstance(kept, Subset):
@@ -285,7 +283,6 @@ def residues(
     if (
         whole is not None
         and whole.surface is not surface
-        and roughness_of_all is not None
         and np.allclose(values, roughness_of_all[whole.nearest], atol=1e-6)
     ):
         table = whole.with_roughness(table, roughness_of_all, atoms)
@@ -293,14 +290,3 @@ def residues(
         of_atoms = depth_of_atoms(surface.origin.xyz, surface.origin.radii, surface.origin.rules.probe_radius)
         table.insert(list(table).index("dots"), "depth", depth_of_residues(atoms, of_atoms))
     return table
-
-
-def _surface_of_patches(surface: Surface) -> WholeSurface | None:
-    """Return the surface whose patches tell the roughness of dots; None, with a warning, if there is none."""
-    if surface.origin is not None and surface.placed is None:  # the patches of a part would end at its border
-        return whole_surface(surface)
-    try:
-        return with_patches("residues", surface, PatchesSettings())
-    except InputError as error:
-        log.warning("%s", error)
-        return None

@@ -45,6 +45,14 @@ DotsLike: TypeAlias = "str | Path | Surface | Points | Subset | tuple[ArrayLike,
 SurfaceLike: TypeAlias = "DotsLike | MoleculeLike"
 
 
+# What converts atoms of another library, by the attributes that these have; atoms of ParmEd also have those of OpenMM
+ATTRIBUTES_OF_ATOMS = {
+    "from_mdtraj": ("topology", "xyz"), "from_biotite": ("coord", "atom_name"), "from_mdanalysis": ("universe", "atoms"),
+    "from_prody": ("getCoordsets", "getResnums"), "from_parmed": ("atoms", "get_coordinates"),
+    "from_openmm": ("topology", "positions"), "from_rdkit": ("GetConformers", "GetAtoms"),
+}  # fmt: skip
+
+
 def opened_source(source: Any) -> Any:
     """Return the Source of a path, recognised by its content; anything else as it is. Functions for users begin with it."""
     return open_source(source) if isinstance(source, str | Path) else source
@@ -89,29 +97,13 @@ def attribute(source: Any, name: str) -> Any:
 
 def _converter(source: Any) -> str | None:
     """Return the name of what converts atoms of another library, known by their attributes; None for anything else."""
-
-    def has(*names: str) -> bool:
-        return all(attribute(source, name) is not None for name in names)
-
-    if has("topology", "xyz"):
-        return "from_mdtraj"
-    if has("coord", "atom_name"):
-        return "from_biotite"
-    if has("universe", "atoms"):
-        return "from_mdanalysis"
     if type(source).__module__ == "gemmi":
         return "from_gemmi" if type(source).__name__ in ("Structure", "Model") else None
-    if has("get_atoms") and attribute(source, "level") in ("S", "M", "C"):
-        return "from_biopython"
-    if has("getCoordsets", "getResnums"):
-        return "from_prody"
-    if has("atoms", "get_coordinates"):  # which also has a topology and positions
-        return "from_parmed"
-    if has("topology", "positions"):
-        return "from_openmm"
-    if has("GetConformers", "GetAtoms"):
-        return "from_rdkit"
-    return None
+    for name, attributes in ATTRIBUTES_OF_ATOMS.items():
+        if all(attribute(source, each) is not None for each in attributes):
+            return name
+    is_entity = attribute(source, "get_atoms") is not None and attribute(source, "level") in ("S", "M", "C")
+    return "from_biopython" if is_entity else None
 
 
 def as_dots(source: DotsLike) -> Surface:

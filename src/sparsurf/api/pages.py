@@ -22,7 +22,7 @@ from sparsurf.api.surroundings import (
     relative_areas,
     with_surroundings,
 )
-from sparsurf.api.whole import WholeSurface, whole_surface, with_patches
+from sparsurf.api.whole import WholeSurface, patches_or_none, whole_surface
 from sparsurf.arguments import ColourLimits
 from sparsurf.dot_fields.registry import compute_fields, label_and_unit
 from sparsurf.errors import InputError
@@ -246,13 +246,7 @@ def _surface_of_patches(surface: Surface, about: About, patches: PatchesSettings
     """Return the surface whose patches tell the roughness of dots; None, with a warning, if there is none."""
     if about.is_whole:
         return WholeSurface(surface, np.arange(len(surface)))
-    if surface.origin is not None:
-        return whole_surface(surface)
-    try:
-        return with_patches("show", surface, patches)
-    except InputError as error:
-        log.warning("%s", error)
-        return None
+    return patches_or_none("show", surface, patches) if surface.origin is None else whole_surface(surface)
 
 
 def drawn_mesh(surface: Surface, distance: float = 0.0) -> Mesh | None:

@@ -17,6 +17,7 @@ from sparsurf.errors import InputError
 from sparsurf.messages import no_warnings
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.molecules.residues import first_atoms
 from sparsurf.molecules.selection import POLYMERS, Partners, partners_of_atoms
 from sparsurf.surfaces.areas import areas_of_spheres, contacts_of_spheres
 from sparsurf.surfaces.grid import pairs_within
@@ -116,7 +117,7 @@ def contacts_on_page(drawn: Molecule, frames: Iterable[np.ndarray], rules: Rules
         atom, partner, buried = contacts_of_spheres(xyz.round(3), sizes, rules.probe_radius, partners.number)
         found.append(sums_of_contacts(drawn.residue_index[atom], partner, buried))
     table = contacts_over_frames(drawn, partners, found, len(found)).rename_axis("number").reset_index()
-    first = np.unique(drawn.residue_index, return_index=True)[1]
+    first = first_atoms(drawn.residue_index)
     table["own"] = partners.labels[first[table["number"]]]
     table = table[table["mean"] >= LEAST_BURIED]
     return table.sort_values("mean", ascending=False, kind="stable", ignore_index=True)

@@ -152,6 +152,15 @@ def with_patches(function: str, dots: Surface, patches: PatchesSettings) -> Whol
     return WholeSurface(_reconstructed(dots), np.arange(n))
 
 
+def patches_or_none(function: str, dots: Surface, patches: PatchesSettings) -> WholeSurface | None:
+    """Return the surface of `with_patches`; None, with a warning, if there is none."""
+    try:
+        return with_patches(function, dots, patches)
+    except InputError as error:
+        log.warning("%s", error)
+        return None
+
+
 def _reconstructed(dots: Surface) -> Surface:
     """Reconstruct the dense surface of dots, which come first; each new one has the atom of the nearest, and no known kind."""
     from sparsurf.recovery.reconstructing import (

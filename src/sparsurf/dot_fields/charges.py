@@ -23,7 +23,7 @@ from sparsurf.errors import FILE, InputError, naming_file
 from sparsurf.files import read_text
 from sparsurf.molecules.names import usual_name
 from sparsurf.molecules.pqr import read_pqr
-from sparsurf.molecules.residues import VARIANTS, standard_name
+from sparsurf.molecules.residues import VARIANTS, first_atoms, standard_name
 from sparsurf.surfaces.grid import pairs_within
 
 if TYPE_CHECKING:
@@ -99,7 +99,7 @@ def _table_rows(molecule: Molecule, heavy: np.ndarray) -> np.ndarray:
 
 def protonation_states(molecule: Molecule) -> list[str]:
     """Return the name in the table of each residue, by its name, its hydrogens and disulphide bonds."""
-    first_atom = np.unique(molecule.residue_index, return_index=True)[1]
+    first_atom = first_atoms(molecule.residue_index)
     names = [str(name) for name in molecule.residue_name[first_atom]]
     states = [_state_of_name(name) or standard_name(name) for name in names]
     with_hydrogen = {

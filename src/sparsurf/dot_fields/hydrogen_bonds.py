@@ -17,6 +17,7 @@ import numpy as np
 
 from sparsurf.dot_fields.charges import MAX_BOND_TO_HYDROGEN, protonation_states
 from sparsurf.molecules.names import usual_name
+from sparsurf.molecules.residues import first_atoms
 
 if TYPE_CHECKING:
     from sparsurf.molecules.molecule import Molecule
@@ -73,7 +74,7 @@ def _counts(molecule: Molecule) -> tuple[np.ndarray, np.ndarray]:
 def _states(molecule: Molecule) -> list[str]:
     """Return the name in the table of each residue; a histidine is HIS where its state is unknown."""
     states = protonation_states(molecule)
-    first = np.unique(molecule.residue_index, return_index=True)[1]
+    first = first_atoms(molecule.residue_index)
     with_hydrogen = set(molecule.residue_index[molecule.name == "HD1"].tolist())
     for residue, name in enumerate(molecule.residue_name[first]):
         if states[residue] == "HIS" and (residue in with_hydrogen or str(name).endswith(DELTA_HISTIDINES)):

@@ -38,6 +38,7 @@ from sparsurf.molecules.residues import (
     count_heavy_atoms,
     element_of,
     find_particles,
+    first_atoms,
     known_kind,
     residue_kinds,
     split_label,
@@ -298,12 +299,9 @@ def molecule_of_models(
         )
     xyz = np.concatenate([frame.xyz for frame in frames])
     # crystals pass unchanged: no bond there is cut
-    boxes = [file.box_of(int(tables[number].model[0])) for number in numbers.tolist()] if whole else [None]
-    box = (
-        None
-        if any(cell is None for cell in boxes)
-        else np.stack([cell for cell in boxes if cell is not None])
-    )
+    cells = [file.box_of(int(tables[number].model[0])) for number in numbers.tolist() if whole]
+    known = [cell for cell in cells if cell is not None]
+    box = np.stack(known) if len(known) == len(numbers) else None
     return _with_frames(frames[0], TrajectoryFrames(xyz, np.full(len(xyz), np.nan), numbers, box), join=False)
 
 
@@ -466,7 +464,7 @@ def select_complete(everything: Everything, keys: SelectionKeys, file: AtomFile)
             parts = "C-alpha atoms or a backbone only" if is_backbone else "parts of residues, as of a pocket"
             lacking = f"has {100 * share:.0f} % of the heavy atoms of its residues ({parts})"
         raise InputError(f"{FILE} {lacking}: give a structure with all atoms.")
-    first = np.unique(touched.residue_index, return_index=True)[1]
+    first = first_atoms(touched.residue_index)
     protein = touched.residue_name[first][touched.kind[first] == "protein"]
     side_chain = touched.heavy & ~np.isin(touched.name, BACKBONE_NAMES)
     bare = touched.residue_name[first][
@@ -502,7 +500,7 @@ def _report_missing(everything: Everything, residues: np.ndarray, file: AtomFile
         further = f" and {pluralise(len(lacking) - 5, 'more chain')}" if len(lacking) > 5 else ""
         counted = pluralise(sum(lacking.values()), "residue")
         log.warning("%s: no coordinates for %s of the sequence: %s%s", FILE, counted, listed, further)
-    first = np.unique(molecule.residue_index, return_index=True)[1]
+    first = first_atoms(molecule.residue_index)
     chain, kind = molecule.chain[first], molecule.kind[first]
     number = np.array([int(split_label(label)[0] or 0) for label in molecule.residue[first].tolist()])
     a, b = residues[:-1], residues[1:]

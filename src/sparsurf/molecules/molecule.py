@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from sparsurf.errors import naming_file
 from sparsurf.files import StrPath, pluralise
-from sparsurf.molecules.residues import split_label
+from sparsurf.molecules.residues import first_atoms, split_label
 from sparsurf.molecules.selection import select_atoms
 from sparsurf.shown import Shown
 
@@ -85,7 +85,7 @@ class Molecule(Shown):
         """DataFrame with chain, residue and residue_name of every residue; a new one at each call."""
         import pandas as pd  # here: it takes long to load
 
-        first = np.unique(self.residue_index, return_index=True)[1]
+        first = first_atoms(self.residue_index)
         columns = ("chain", "residue", "residue_name")
         return pd.DataFrame({name: getattr(self, name)[first] for name in columns})
 
@@ -178,7 +178,7 @@ class Molecule(Shown):
 
     def _numbers(self) -> dict[int, float]:
         """Return the number of each residue by its index; half a step away from it for one with an insertion code."""
-        first = np.unique(self.residue_index, return_index=True)[1]
+        first = first_atoms(self.residue_index)
         labels = [split_label(label) for label in self.residue[first].tolist()]
         chains = self.chain[first].tolist()
         plain = {

@@ -18,6 +18,7 @@ from sparsurf.molecules.residues import (
     VARIANTS,
     atoms_of_residues,
     count_heavy_atoms,
+    first_atoms,
     first_letters,
     split_label,
     standard_name,
@@ -321,7 +322,7 @@ def _pairs_in_residues(molecule: Molecule, atoms: np.ndarray) -> tuple[np.ndarra
 
 def _peptide_links(molecule: Molecule) -> np.ndarray:
     """Find C and N (L, 2) of residues of a chain whose numbers follow each other, or stand side by side with insertion codes."""
-    first = np.unique(molecule.residue_index, return_index=True)[1]
+    first = first_atoms(molecule.residue_index)
     labels = [split_label(label) for label in molecule.residue[first].tolist()]
     number = np.array([int(digits or 0) for digits, _ in labels])
     order = np.lexsort([number, molecule.chain[first]])

@@ -153,7 +153,7 @@ def residue_kinds(
     bonded to another one as the polymer's residues are, or to the end of a chain by any of its atoms. Modified residues and
     caps are thus included wherever their lines stand, and a free amino acid marked as a hetero group is not.
     """
-    first_atom = np.unique(residue_index, return_index=True)[1]
+    first_atom = first_atoms(residue_index)
     names = residue_name[first_atom]
     kind_by_name = np.array([known_kind(str(text)) for text in names])
     kind = np.where(np.isin(kind_by_name, [*LINKAGES]) & hetero[first_atom], "other", kind_by_name)
@@ -201,6 +201,11 @@ def _is_connected(xyz: np.ndarray) -> bool:
     for _ in range(len(xyz)):
         reached = near[reached].any(axis=0)
     return bool(reached.all())
+
+
+def first_atoms(residue_index: np.ndarray) -> np.ndarray:
+    """Return the index of the first atom of each residue, (R,)."""
+    return np.unique(residue_index, return_index=True)[1]
 
 
 def atoms_of_residues(residue_index: np.ndarray, mask: np.ndarray, n_residues: int) -> np.ndarray:
@@ -300,7 +305,7 @@ def count_heavy_atoms(
     With the names of the atoms and their positions (A, 3), Å, a nucleotide without O2' is one of DNA, and one at a 5' end may
     lack its phosphate.
     """
-    first_atom = np.unique(residue_index, return_index=True)[1]
+    first_atom = first_atoms(residue_index)
     expected = np.array([HEAVY_ATOMS.get(standard_name(name), 0) for name in residue_name[first_atom]], int)
     if name is not None and xyz is not None:
         expected -= _absent_from_nucleotides(residue_name[first_atom], residue_index, name, xyz)

@@ -16,7 +16,7 @@ from sparsurf.errors import FILE, InputError, argument
 from sparsurf.files import shorten
 from sparsurf.molecules.atoms import AtomsLike
 from sparsurf.molecules.names import other_spellings
-from sparsurf.molecules.residues import split_label
+from sparsurf.molecules.residues import first_atoms, split_label
 
 log = logging.getLogger("sparsurf")
 
@@ -343,7 +343,7 @@ def _refuse_ligands_outside(
 def _report_left_out(molecule: AtomsLike, selected: np.ndarray, within: np.ndarray) -> None:
     """Log names and numbers of residues within the chains and ranges that are not selected."""
     taken = set(molecule.residue_index[selected].tolist())
-    first = np.unique(molecule.residue_index, return_index=True)[1]
+    first = first_atoms(molecule.residue_index)
     sizes = np.bincount(molecule.residue_index)
     # water and ions, which few users want, are logged separately
     counts: dict[int, Counter[str]] = {logging.WARNING: Counter(), logging.INFO: Counter()}
@@ -504,7 +504,7 @@ def _extents(molecule: AtomsLike) -> str:
 
 def _inventory(molecule: AtomsLike) -> str:
     """Return the content of a molecule, as 'the chains A, B with 198 protein residues, 2 HOH'."""
-    first = np.unique(molecule.residue_index, return_index=True)[1]
+    first = first_atoms(molecule.residue_index)
     names = np.where(
         np.isin(molecule.kind, POLYMERS), np.char.add(molecule.kind, " residues"), molecule.residue_name
     )

@@ -18,6 +18,7 @@ from sparsurf import kinds
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.evaluation.statistics import estimate, reference_values
 from sparsurf.patches.readings import FRAGMENTED_BELOW
+from sparsurf.progress import Report, unreported
 from sparsurf.recovery.readings import RECOVERED
 from sparsurf.sampling import samplers
 from sparsurf.sampling.combination import choices_from_ranges
@@ -61,7 +62,7 @@ def compare_samplers(
     percents: Sequence[float],
     n_tests: int,
     draws: int,
-    progress: Callable[[int, int], None] = lambda done, total: None,
+    progress: Report = unreported,
     floors: Mapping[str, float] | None = None,
 ) -> pd.DataFrame:
     """Measure every sampler at every requested n_S, %, under every reading, in both uses: the rows of compare.csv.

@@ -1,6 +1,5 @@
 """n_S and d of one combination over all frames of a trajectory."""
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -9,6 +8,7 @@ import pandas as pd
 from sparsurf.evaluation.frames import surface_of_frame
 from sparsurf.evaluation.prepared_surface import number_of_tests
 from sparsurf.molecules.molecule import Molecule
+from sparsurf.progress import Report, unreported
 from sparsurf.sampling.combination import PARAMETERS
 from sparsurf.streams import Streams
 from sparsurf.surfaces.molecular_surface import density_for_d_link
@@ -29,7 +29,7 @@ def evaluate_frames(
     settings: StudySettings,
     streams: Streams,
     threads: int,
-    progress: Callable[[int, int], None] = lambda done, total: None,
+    progress: Report = unreported,
     part: tuple[int, int] = (1, 1),
 ) -> pd.DataFrame:
     """Evaluate one combination on every frame of a trajectory, or on the k-th, from 1, of n equal parts of the frames.

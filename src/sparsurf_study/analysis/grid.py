@@ -20,6 +20,7 @@ from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.evaluation.statistics import estimate
 from sparsurf.patches import descriptors
 from sparsurf.patches.readings import GRID_READINGS, SCALED_READING
+from sparsurf.progress import Report, unreported
 from sparsurf.sampling import published
 from sparsurf.sampling.combination import PARAMETERS, Combination
 from sparsurf.threads import parallel_map
@@ -52,7 +53,7 @@ def evaluate_grid(
     draws: int = 1,
     readings: Sequence[str] = GRID_READINGS,
     shared: bool = True,
-    progress: Callable[[int, int], None] = lambda done, total: None,
+    progress: Report = unreported,
 ) -> Grid:
     """Evaluate every combination, (K, 4), with `draws` sampled and random subsets each.
 
@@ -82,71 +83,69 @@ def _empty_grid(
     readings: Sequence[str],
 ) -> Grid:
     """Allocate a Grid."""
-    k, n_tests = len(combinations), tests.shape[-1]
-    shape = (len(readings), k, draws, n_tests)
+    n, n_tests = len(combinations), tests.shape[-1]
+    shape = (len(readings), n, draws, n_tests)
     return Grid(
         combinations=combinations,
         n_dots=len(prepared.points),
-        n_s=np.empty((k, draws), np.int64),
+        n_s=np.empty((n, draws), np.int64),
         n_s_expected=published.expected_n_s(prepared.cover, combinations),
         tests=tests,
         z_tot=np.empty((n_tests, descriptors.descriptor_of(prepared.patches.descriptor).width)),
         z_ts=np.empty(shape, np.float32),
         z_tr=np.empty(shape, np.float32),
-        median_patch_size=np.empty((len(readings), 2, k)),
+        median_patch_size=np.empty((len(readings), 2, n)),
         readings=tuple(readings),
     )
 
 
 def _evaluate_with_shared_tests(
-    prepared: PreparedSurface, out: Grid, tests: np.ndarray, progress: Callable[[int, int], None]
+    prepared: PreparedSurface, out: Grid, tests: np.ndarray, progress: Report
 ) -> None:
     """Fill a Grid whose combinations share their test dots, and in each draw their random numbers and random subsets."""
-    k, draws = out.n_s.shape
+    n, draws = out.n_s.shape
     out.z_tot[:] = prepared.describe(tests)[0]
     _fill_sampled(prepared, out, tests, progress)
-    _fill_uniform(prepared, out, tests, lambda draw: progress((draws + draw + 1) * k, 2 * draws * k))
+    _fill_uniform(prepared, out, tests, lambda draw: progress((draws + draw + 1) * n, 2 * draws * n))
 
 
-def _fill_sampled(
-    prepared: PreparedSurface, out: Grid, tests: np.ndarray, progress: Callable[[int, int], None]
-) -> None:
+def _fill_sampled(prepared: PreparedSurface, out: Grid, tests: np.ndarray, progress: Report) -> None:
     """Write the distances of sampled subsets into a Grid, draw by draw, some tests at a time."""
     together = tuple(reading for reading in out.readings if reading in GRID_READINGS)
-    k, draws = out.n_s.shape
-    dots = np.empty((len(out.readings), k, draws, len(tests)), np.int32)
+    n, draws = out.n_s.shape
+    dots = np.empty((len(out.readings), n, draws, len(tests)), np.int32)
     # Draw by draw: the bits of the subsets of all combinations are in memory for one draw at a time
     for draw in range(draws):
         drawn = prepared.sampled_together(out.combinations, draw)
         out.n_s[:, draw] = drawn.sizes()
-        bit_words = drawn.words(prepared.index.dot, range(k)) if together else np.empty((0, 0), np.uint64)
+        bit_words = drawn.words(prepared.index.dot, range(n)) if together else np.empty((0, 0), np.uint64)
         for a in range(0, len(tests) if together else 0, TESTS_AT_ONCE):
             part = slice(a, a + TESTS_AT_ONCE)
-            found = prepared.compare_words(bit_words, k, tests[part], together, out.z_tot[part])
+            found = prepared.compare_words(bit_words, n, tests[part], together, out.z_tot[part])
             for r, z, sizes in zip(map(out.readings.index, together), *found, strict=True):
                 out.z_ts[r, :, draw, part], dots[r, :, draw, part] = z, sizes
-            progress(draw * k + k * min(a + TESTS_AT_ONCE, len(tests)) // len(tests), 2 * draws * k)
+            progress(draw * n + n * min(a + TESTS_AT_ONCE, len(tests)) // len(tests), 2 * draws * n)
         for r, reading in enumerate(out.readings):
             if reading not in together:
-                subsets = [drawn.subset(i) for i in range(k)]
+                subsets = [drawn.subset(k) for k in range(n)]
                 found = prepared.distances(subsets, tests, out.z_tot, reading, approximate=True)
                 out.z_ts[r, :, draw], dots[r, :, draw] = found
     out.median_patch_size[:, 0] = np.median(dots.reshape(*dots.shape[:2], -1), axis=2)
 
 
 def _evaluate_with_own_tests(
-    prepared: PreparedSurface, out: Grid, tests: np.ndarray, progress: Callable[[int, int], None]
+    prepared: PreparedSurface, out: Grid, tests: np.ndarray, progress: Report
 ) -> None:
     """Fill a Grid whose combinations each have their own test dots and random subsets, as published, a thread each."""
-    k, draws = out.n_s.shape
+    n, draws = out.n_s.shape
     single, finished = prepared.with_threads(1), []
 
-    def fill_one(i: int, _: int) -> None:
-        _fill(single, out, i, tests[i])
-        finished.append(i)
-        progress(2 * draws * len(finished), 2 * draws * k)
+    def fill_one(k: int, _: int) -> None:
+        _fill(single, out, k, tests[k])
+        finished.append(k)
+        progress(2 * draws * len(finished), 2 * draws * n)
 
-    parallel_map(fill_one, k, prepared.threads, 1)
+    parallel_map(fill_one, n, prepared.threads, 1)
 
 
 def _fill(prepared: PreparedSurface, out: Grid, k: int, tests: np.ndarray) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import logging
 import traceback
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -15,6 +15,7 @@ from sparsurf.errors import InputError
 from sparsurf.evaluation.minimal_subset import represent
 from sparsurf.messages import listening
 from sparsurf.molecules.read_molecule import read_molecule
+from sparsurf.progress import Report, unreported
 from sparsurf.settings import Settings
 from sparsurf.streams import Streams
 from sparsurf.surfaces.components import summarize_components, table_of_components
@@ -76,7 +77,7 @@ def analyse_batch(
     structures: list[Structure],
     settings: Settings,
     seed: int,
-    report: Callable[[int, int], None] = lambda done, total: None,
+    report: Report = unreported,
 ) -> dict[str, pd.DataFrame]:
     """Analyse the structures of a batch: tables by the names of `assignment.BATCH_FOLDERS`; a failure is a row of 'failures'."""
     tables: dict[str, list[pd.DataFrame]] = {name: [] for name in BATCH_FOLDERS}

@@ -1,6 +1,6 @@
 """Compare Table I of the paper with the winners of runs as published: whole grid, new test dots, one draw, `kept`."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from typing import Any
@@ -12,6 +12,7 @@ from scipy.special import stdtr  # Student's t; scipy.stats takes a quarter of a
 from sparsurf.evaluation.prepared_surface import PreparedSurface, number_of_tests
 from sparsurf.patches.index import build_index
 from sparsurf.patches.readings import KEPT_READING
+from sparsurf.progress import Report, unreported
 from sparsurf.sampling import published
 from sparsurf.sampling.combination import PARAMETERS, TABLE_1
 from sparsurf.streams import stream
@@ -28,7 +29,7 @@ def runs_as_published(
     prepared: PreparedSurface,
     combinations: np.ndarray,
     runs: int = RUNS,
-    progress: Callable[[int, int], None] = lambda done, total: None,
+    progress: Report = unreported,
 ) -> pd.DataFrame:
     """Repeat Table I as published, for combinations (K, 4): the winner of each run and range, for paper_as_published.csv."""
     combinations = np.asarray(combinations, float)

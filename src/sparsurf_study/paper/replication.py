@@ -10,6 +10,7 @@ from sparsurf.evaluation.floors import random_rotation, rotate
 from sparsurf.evaluation.prepared_surface import PreparedSurface, number_of_tests
 from sparsurf.evaluation.statistics import estimate
 from sparsurf.patches.readings import FULL_READING, GRID_READINGS, KEPT_READING, SCALED_READING
+from sparsurf.progress import Report
 from sparsurf.sampling import published
 from sparsurf.sampling.combination import PARAMETERS, PUBLISHED_ROWS, TABLE_1, Combination
 from sparsurf.sampling.samplers import tune_alpha
@@ -28,9 +29,7 @@ TENTHS = 10  # of all dots, by roughness
 STEPS_BESIDES_RUNS = 12  # of the progress: the other tables take as long as so many runs of the grid
 
 
-def reproduce(
-    prepared: PreparedSurface, settings: Settings, progress: Callable[[int, int], None]
-) -> dict[str, pd.DataFrame]:
+def reproduce(prepared: PreparedSurface, settings: Settings, progress: Report) -> dict[str, pd.DataFrame]:
     """Make the paper's runs again on a surface: the tables of the comparison, by name."""
     sampling, evaluation = settings.sampling, settings.evaluation
     combinations = published.parameter_grid(sampling.alpha, sampling.beta, sampling.gamma, sampling.delta)

@@ -12,7 +12,7 @@ import sys
 import time
 import traceback
 import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppress
 from functools import partial
 from pathlib import Path
@@ -160,7 +160,7 @@ def used() -> str:
     return f"{megabytes:.0f} MB {seconds:.1f} s"
 
 
-def reporter(title: str, unit: str = "subsets") -> Callable[[int, int], None]:
+def reporter(title: str, unit: str = "subsets") -> progress.Report:
     """Return a callback (done, total) that writes the progress of a long step to the log, every few seconds."""
     begin = last = time.monotonic()
 

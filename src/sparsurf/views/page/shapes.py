@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from sparsurf.molecules.molecule import Molecule
-from sparsurf.molecules.residues import standard_name
+from sparsurf.molecules.residues import first_atoms, standard_name
 from sparsurf.molecules.selection import POLYMERS
 from sparsurf.surfaces.mesh import Mesh
 from sparsurf.surfaces.thinning import coarsened
@@ -87,7 +87,7 @@ class DrawnAtoms:
         self.is_trace = int(molecule.heavy.sum()) > MAX_DRAWN_ATOMS
         shown = is_trace(molecule) | ~np.isin(molecule.kind, POLYMERS) if self.is_trace else molecule.heavy
         self.chosen = np.flatnonzero(shown)
-        self.first_atoms = np.unique(molecule.residue_index, return_index=True)[1]  # of the residues
+        self.first_atoms = first_atoms(molecule.residue_index)  # of the residues
 
     def placed(self, xyz: np.ndarray) -> np.ndarray:
         """Return those of the positions of all atoms, (n, 3), that the page holds, (A, 3)."""
