@@ -491,14 +491,17 @@ def surface_of_columns(
     lines: list[int] | np.ndarray | None = None,
     weighted: bool = False,
     judge: bool = True,
+    reconstruction: Reconstruction | None = None,
 ) -> Surface:
     """Make a surface from the columns of a file: points, normals, other attributes of `Surface`, and fields, by name.
 
     Normals that deviate from unit length only by rounding stay as they are: the authors' descriptors follow from the
     rounded normals, and one dot in 40 changes its pixel otherwise. Of dots that occur twice, the first is kept. Messages name
     the `lines` (N,) of the dots. If `weighted`, each dot stands for several, and some own much more area than others.
-    Unless `judge`, the distances and normals of neighbouring dots are not judged, which takes a quarter of a second.
+    Unless `judge`, the distances and normals of neighbouring dots are not judged, which takes a quarter of a second; those of an
+    uneven subset never are.
     """
+    judge = judge and not (reconstruction and reconstruction.is_uneven)
     arrays = {name: np.asarray(value) for name, value in columns.items()}
     points, normals = (arrays[name].reshape(-1, 3) for name in ("points", "normals"))
     if len(points) == 0:
@@ -535,7 +538,9 @@ def surface_of_columns(
             dot = int(first[np.argmax(np.isinf(values))])
             raise InputError(f"{FILE}: {where(dot)} has an infinite {name}: put NaN where it is unknown.")
     area, kind, atom = (arrays.get(name) for name in ("area", "kind", "atom"))
-    return Surface(arrays["points"], arrays["normals"], area, kind, atom, fields)
+    return Surface(
+        arrays["points"], arrays["normals"], area, kind, atom, fields, reconstruction=reconstruction
+    )
 
 
 def reconstruction_of_file(columns: Mapping[str, Any]) -> Reconstruction | None:

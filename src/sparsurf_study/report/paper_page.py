@@ -101,9 +101,10 @@ def paper_page(data: dict[str, Any]) -> dict[str, Any]:
     }
     for name in OF_WHOLE_GRID if reduced else ():
         chapters[name]["holds"] = dict.fromkeys(GRID_READINGS, NOT_TESTED)
-    figures = []
-    for n, (name, names) in enumerate(CHAPTERS_OF_FIGURES.items(), start=1):
-        figures.append((n, name, [(k, chapters[k]["holds"]) for k in names]))
+    figures = [
+        (n, name, [(k, chapters[k]["holds"]) for k in names])
+        for n, (name, names) in enumerate(CHAPTERS_OF_FIGURES.items(), start=1)
+    ]
     return chapters | {
         "claims": [(name, chapter["holds"]) for name, chapter in chapters.items()],
         "readings": GRID_READINGS,

@@ -138,7 +138,12 @@ def test_the_density_that_suits_the_first_frame_is_that_of_all(molecule):
 
 
 def test_every_frame_has_the_density_of_the_first(molecule, monkeypatch):
-    monkeypatch.setattr(ensemble, "density_for_d_link", lambda molecule, frame, *_: 6.0 + frame)
+    first = molecule.xyz[0]
+
+    def density_of(xyz, *_):
+        return 6.0 if np.array_equal(xyz, first) else 7.0
+
+    monkeypatch.setattr(ensemble, "density_for_d_link", density_of)
     table = ensemble.evaluate_frames(molecule, SETTINGS, STREAMS, 1, part=(4, 4))
     own = [len(molecular_surface(xyz, radii(molecule), density=6.0)) for xyz in molecule.xyz[-2:]]
     assert table["N"].tolist() == own

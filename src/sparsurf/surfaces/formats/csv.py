@@ -8,7 +8,6 @@ import io
 import logging
 import re
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -63,12 +62,10 @@ def read_csv(content: bytes) -> Surface:
     reconstruction = reconstruction_of_file(
         {name: table[name].to_numpy() for name in table.columns.unique() if name in RECONSTRUCTION_COLUMNS}
     )
-    judge = reconstruction is None or not reconstruction.is_uneven
     columns = {"points": values[:, :3], "normals": values[:, 3:]} | fields
     if list(table.columns).count("area") == 1 and pd.api.types.is_numeric_dtype(table["area"]):
         columns["area"] = table["area"].to_numpy(float)
-    surface = surface_of_columns(columns, lines, weighted="weight" in table, judge=judge)
-    return surface if reconstruction is None else replace(surface, reconstruction=reconstruction)
+    return surface_of_columns(columns, lines, "weight" in table, reconstruction=reconstruction)
 
 
 def read_points_of_csv(content: bytes) -> np.ndarray:

@@ -64,9 +64,7 @@ def _read(content: bytes, judge: bool = True) -> Surface:
     columns |= {
         name: columns[name].astype(float) for name in ("points", "normals", "area") if name in columns
     }
-    judge = judge and (reconstruction is None or not reconstruction.is_uneven)
-    surface = surface_of_columns(columns, weighted="weight" in arrays, judge=judge)
-    return surface if reconstruction is None else replace(surface, reconstruction=reconstruction)
+    return surface_of_columns(columns, None, "weight" in arrays, judge, reconstruction)
 
 
 def write_npz(path: Path | str, surface: Surface) -> None:

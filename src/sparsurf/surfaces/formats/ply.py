@@ -9,7 +9,6 @@ import codecs
 import logging
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import replace
 from itertools import chain, repeat
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -149,11 +148,9 @@ def read_ply(content: bytes) -> Surface:
     normals = np.column_stack([table[axis] for axis in AXES[3:]])
     warn_of_field_names(table)
     fields = {name: column for name, column in table.items() if is_field_name(name)}
-    reconstruction = _reconstruction(header.decode("latin-1"))
-    judge = reconstruction is None or not reconstruction.is_uneven
     fields |= {"points": points, "normals": normals} | {k: v for k, v in table.items() if k == "area"}
-    surface = surface_of_columns(fields, weighted="weight" in table, judge=judge)
-    return surface if reconstruction is None else replace(surface, reconstruction=reconstruction)
+    said = _reconstruction(header.decode("latin-1"))
+    return surface_of_columns(fields, None, "weight" in table, reconstruction=said)
 
 
 def _binary_columns(body: bytes, byte_order: str, n: int, types: list[str]) -> tuple[list[np.ndarray], bool]:

@@ -16,7 +16,7 @@ from sparsurf.evaluation.ranking import MIN_AREA
 from sparsurf.surfaces.components import COMPONENT_FIELD
 from sparsurf.version import __version__
 from sparsurf.views.numbers import number
-from sparsurf.views.overview.profile import PROFILE_CSS, labels_of, panels, roughest
+from sparsurf.views.overview.profile import PROFILE_CSS, columns_of_means, labels_of, panels, roughest
 from sparsurf.views.page import library
 from sparsurf.views.page.scene import (
     MAX_BYTES,
@@ -163,11 +163,6 @@ def numbers_of_residues(residues: pd.DataFrame) -> Iterator[ResidueValues]:
     for column in columns_of_means(residues):
         field = named_field(column.removeprefix("mean_"))
         yield ResidueValues(f"mean {field['name']}", field["unit"], residues[column].to_numpy(float)[None])
-
-
-def columns_of_means(residues: pd.DataFrame) -> list[str]:
-    """Return the columns with the mean of a field."""
-    return [str(name) for name in residues if str(name).startswith("mean_") and name != "mean_roughness"]
 
 
 def render_residues(title: str, residues: pd.DataFrame, origin: Sequence[tuple[str, str]]) -> str:

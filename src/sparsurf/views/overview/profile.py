@@ -64,6 +64,11 @@ def roughest(
     return exposed.sort_values(column, kind="stable").iloc[:n]
 
 
+def columns_of_means(residues: pd.DataFrame) -> list[str]:
+    """Return the columns with the mean of a field."""
+    return [str(name) for name in residues if str(name).startswith("mean_") and name != ROUGHNESS_COLUMN]
+
+
 def labels_of(residues: pd.DataFrame) -> list[str]:
     """Return the labels of residues, as 'GLU 209 A'."""
     names = zip(residues["residue_name"], residues["residue"], residues["chain"], strict=True)

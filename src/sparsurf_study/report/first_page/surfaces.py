@@ -12,7 +12,7 @@ import pandas as pd
 from sparsurf.sampling.combination import Combination
 from sparsurf.settings import BY_BACK, BY_FORTH, DECISIONS, DEFAULT_ERROR, TAIL_PER_ERROR
 from sparsurf.views.numbers import number
-from sparsurf.views.overview.profile import labels_of, panels, roughest
+from sparsurf.views.overview.profile import columns_of_means, labels_of, panels, roughest
 from sparsurf_study.report.first_page.run import MAX_CARDS, MAX_ROWS, MAX_SHOWN, Cell, Figure, Run, TableLink
 
 Z_OF_RECOVERED = ("recovered_Z_published", "recovered_Z_rotation_robust")  # of surfaces.csv
@@ -154,7 +154,7 @@ def of_residues(run: Run) -> list[dict[str, Any]]:
             continue
         table = run.read(path)
         rough = roughest(table)
-        columns = [str(name) for name in table if str(name).startswith("mean_") and name != "mean_roughness"]
+        columns = columns_of_means(table)
         rows = []
         for label, row in zip(labels_of(rough), rough.to_dict("records"), strict=True):
             cells = [label, number(row["mean_roughness"]), number(row["area"], 0), f"{row['dots']:,.0f}"]
