@@ -40,7 +40,7 @@ else:
         )
     import sparsurf_study
 
-    HOME = Path(sparsurf_study.__file__).parent  # with the default study, as in a clone
+    HOME = Path(sparsurf_study.__file__).parent  # It holds the default study, as a clone does.
 
 
 include: "rules/common.smk"
@@ -57,7 +57,7 @@ wildcard_constraints:
 
 rule all:
     input:
-        # each apart, as a protein without frames hides the first page
+        # Each page is listed by itself, since a protein whose frames are missing hides the first page.
         expand("results/{run}/{protein}/.complete", run=config["run"], protein=PROTEINS),
         ends_before_frames,
         ends_beside_proteins,
@@ -71,7 +71,7 @@ onstart:
 
 
 onsuccess:
-    if (RUN / manifest.NAME).exists():  # not where single files are asked for
+    if (RUN / manifest.NAME).exists():  # A run of which single files are asked for has no manifest.
         print(answers_of_run(RUN, "paper" in config))
 
 
@@ -79,7 +79,7 @@ onerror:
     print(*reasons(RUN, BEGIN), sep="\n", file=sys.stderr)
 
 
-rule complete_protein:  # one job for each, so that a failure does not stop the others
+rule complete_protein:  # Each protein has a job of its own, so that a failure does not stop the others.
     input:
         ends_of_protein,
     output:
@@ -125,7 +125,7 @@ checkpoint choose_frames:
         "results/{run}/logs/{protein}/choose_frames.log",
     wildcard_constraints:
         protein=any_of(SEVERAL_FRAMES),
-    priority: 3  # a mistake in a structure is reported early
+    priority: 3  # A mistake in a structure is reported early.
     conda:
         "envs/study.yaml"
     resources:
@@ -143,7 +143,8 @@ checkpoint choose_frames:
         "scripts/choose_frames.py"
 
 
-use rule choose_frames as choose_single_frame with:  # no checkpoint: a thousand structures are planned at once
+# It is no checkpoint, so that a thousand structures are planned at once.
+use rule choose_frames as choose_single_frame with:
     wildcard_constraints:
         protein=any_of(SINGLE_FRAME),
 
@@ -182,7 +183,7 @@ rule compute_surface:
         "results/{run}/logs/{protein}/{conformation}/compute_surface.log",
     wildcard_constraints:
         protein=any_of(MOLECULES),
-    priority: 4  # the first picture of a surface comes before the next surface, and before all grids
+    priority: 4  # The first picture of a surface comes before the next surface, and before all grids.
     conda:
         "envs/study.yaml"
     resources:
@@ -241,7 +242,7 @@ rule measure_roughness:
         "scripts/measure_roughness.py"
 
 
-rule draw_roughness:  # what is seen first: it needs no grid
+rule draw_roughness:  # It draws what is seen first, which needs no grid.
     input:
         surface="results/{run}/{protein}/{conformation}/surface.npz",
         roughness="results/{run}/{protein}/{conformation}/roughness.csv",

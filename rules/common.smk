@@ -26,8 +26,10 @@ from sparsurf_study.workflow.stopping import end_jobs_on_sigterm
 let_jobs_import_packages(IS_CLONE)
 
 
-PREFIX = workflow.modifier.path_modifier.prefix or ""  # of a workflow that imports this one, for its paths
-HERE = workflow.is_main_process and workflow.resource_settings.nodes is None  # jobs do not run on a cluster
+# The prefix that a workflow which imports this one puts before its paths.
+PREFIX = workflow.modifier.path_modifier.prefix or ""
+# Jobs run on this machine and not on a cluster.
+HERE = workflow.is_main_process and workflow.resource_settings.nodes is None
 try:
     config = check_config(config, workflow.configfiles, HOME, HERE)
 except ValueError as error:
@@ -38,7 +40,7 @@ if PREFIX:  # Snakemake also puts it before inputs, but the files of the user li
 EXCLUDED = {without_zeros(place) for place in config["exclude"]}
 PROTEINS = {name: protein for name, protein in proteins(config).items() if name not in EXCLUDED}
 BATCHED = {name: PROTEINS[name] for name in batched_structures(config)}
-if BATCHED:  # some of them get the pages of a study, too, of the model that the batch takes
+if BATCHED:  # Some structures also get the pages of a study, of the model that the batch takes.
     PROTEINS = {name: BATCHED[name] for name in config.get("pages", []) if name in BATCHED}
     PROTEINS = {
         name: protein if has_one_model(protein) else protein.model_copy(update={"model": protein.model or 1})
@@ -50,7 +52,8 @@ PAIRS = {name: pair for name, pair in config["pairs"].items() if f"pairs/{name}"
 CHANGES = {name: forms for name, forms in config["changes"].items() if f"changes/{name}" not in EXCLUDED}
 READY_SURFACES = [name for name, protein in PROTEINS.items() if protein.surface]
 MOLECULES = [name for name in PROTEINS if name not in READY_SURFACES]
-SAMPLED = [name for name in sampled_proteins(config) if name in PROTEINS]  # over the grid; the others are not
+# The proteins that are sampled over the grid.
+SAMPLED = [name for name in sampled_proteins(config) if name in PROTEINS]
 SIMULATED = [name for name, protein in PROTEINS.items() if protein.simulate is not None]
 DOWNLOADS = {name: protein.download for name, protein in PROTEINS.items() if protein.source}
 SINGLE_FRAME = [name for name in MOLECULES if has_one_model(PROTEINS[name])]
@@ -63,9 +66,10 @@ config["origin"] = astuple(origin_of(config, workflow.configfiles, IS_CLONE))
 RUN = Path(PREFIX, "results", config["run"])
 BEGIN = time.time()
 CODE = versions_of_code()
-CHANGED = [*manifest.differing(RUN)] if workflow.is_main_process else []  # since the end of the last run
+# Results that were changed since the end of the last run.
+CHANGED = [*manifest.differing(RUN)] if workflow.is_main_process else []
 SURFACE_AND_STRUCTURE = (("surface", "npz"), ("structure", "pdb"))
-FIRST = "c1" if config["frames"]["selection"] == "clusters" else "f0"  # conformation of a single frame
+FIRST = "c1" if config["frames"]["selection"] == "clusters" else "f0"  # The conformation of a single frame.
 
 # Several grids share the cores of this machine; the conformations of a trajectory are two at least
 N_FRAMES = len(config["frames"]["selection"]) if isinstance(config["frames"]["selection"], list) else 2
@@ -73,7 +77,7 @@ MOVING = [name for name in SAMPLED if PROTEINS[name].trajectory or name in SIMUL
 N_GRIDS = len(SAMPLED) + (N_FRAMES - 1) * len(MOVING)
 # Its value is not part of a result, so that a study computed with other cores has the same numbers
 GRID_THREADS = max(1, min(8, workflow.cores // N_GRIDS)) if HERE and workflow.cores and N_GRIDS else 8
-GRID_MB = memory_of_grid(config) / 1e6  # all distances of a grid, at the worst moment
+GRID_MB = memory_of_grid(config) / 1e6  # The memory of all distances of a grid at the worst moment.
 
 
 def any_of(names):

@@ -2,7 +2,7 @@
 
 
 scattergather:
-    frames=1,  # jobs among which the frames are divided: `--set-scatter frames=100`
+    frames=1,  # The frames are divided among so many jobs: `--set-scatter frames=100`.
 
 
 N_PARTS = len(gather.frames("{scatteritem}"))

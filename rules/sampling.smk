@@ -11,7 +11,7 @@ rule evaluate_grid:
         distances="results/{run}/{protein}/{conformation}/distances.npz",
     log:
         "results/{run}/logs/{protein}/{conformation}/evaluate_grid.log",
-    priority: 2  # before what only follows from it
+    priority: 2  # It runs before what only follows from it.
     conda:
         "../envs/study.yaml"
     threads: GRID_THREADS

@@ -5,7 +5,7 @@ wildcard_constraints:
     stage="minimise|nvt|npt|production",
 
 
-rule prepare_system:  # hydrogens, a box of water, ions
+rule prepare_system:  # It adds hydrogens, a box of water and ions.
     input:
         structure=structure_file,
     output:
@@ -29,7 +29,7 @@ rule prepare_system:  # hydrogens, a box of water, ions
         "../scripts/prepare_system.py"
 
 
-rule simulate_stage:  # minimise, nvt, npt, production: each begins where the one before ended
+rule simulate_stage:  # minimise, nvt, npt and production: each begins where the one before ended.
     input:
         before=stage_before,
         system="results/{run}/{protein}/simulation/system",
@@ -49,7 +49,8 @@ rule simulate_stage:  # minimise, nvt, npt, production: each begins where the on
     params:
         simulate=of_protein("simulate"),
         stage="{stage}",
-        unfinished="results/{run}/{protein}/simulation/.running/{stage}",  # survives a killed job: checkpoints
+        # Checkpoints survive a killed job.
+        unfinished="results/{run}/{protein}/simulation/.running/{stage}",
         seed=config["seed"],
         code=CODE["simulation"],
     message:
@@ -58,7 +59,8 @@ rule simulate_stage:  # minimise, nvt, npt, production: each begins where the on
         "../scripts/simulate_stage.py"
 
 
-rule extract_trajectory:  # apart from the pages: all that follows from the trajectory would be computed again after their edits
+# It is not part of the rule of pages, after whose edits all that follows from the trajectory would be computed again.
+rule extract_trajectory:
     input:
         system="results/{run}/{protein}/simulation/system",
         production="results/{run}/{protein}/simulation/production",

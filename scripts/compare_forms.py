@@ -9,7 +9,7 @@ from sparsurf_study.config.conformations import absent_conformation, first_colum
 from sparsurf_study.pairs.changes import changes, over_floor, read_forms, superpose_forms, warn_of_unmatched
 from sparsurf_study.pairs.matching import on_atoms
 
-B_FACTOR_OF_BURIED = -1.0  # of residues without a change
+B_FACTOR_OF_BURIED = -1.0  # The B factor of residues without a change.
 
 with job(snakemake) as s:
     name, forms = s.wildcards.comparison, s.params.forms

@@ -9,7 +9,7 @@ from sparsurf_study.report.scenes import script_text
 from sparsurf_study.structures import read_study_structure
 
 COLOUR_QUANTILES = [0.05, 0.95]  # over the residues: both ends of the colour scale
-B_FACTOR_OF_BURIED = -1.0  # of residues without dots
+B_FACTOR_OF_BURIED = -1.0  # The B factor of residues without dots.
 
 with job(snakemake) as s:
     residues = by_residue(read_residues(s.input.dots))

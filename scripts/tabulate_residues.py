@@ -16,7 +16,7 @@ from sparsurf_study.report.scenes import script_text
 from sparsurf_study.rounding import write_rounded
 from sparsurf_study.structures import read_study_structure
 
-BURIED = -1.0  # B factor of residues without dots outside of cavities
+BURIED = -1.0  # The B factor of residues without dots outside of cavities.
 
 with job(snakemake) as s:
     dots = with_fields_of_file(read_npz(s.input.surface), s.input.fields or None)

@@ -71,8 +71,8 @@ STEP_LIMITS = Limits(0, 10)  # Å, of the grid of a mesh
 ERROR_LIMITS = Limits(0, open_low=False)  # Z
 FRAME = Limits(0, whole=True, open_low=False)
 JOBS = Limits(1, 1024, whole=True, open_low=False)
-DEFAULT_TEST_DOTS = 200  # of studies and functions
-DEFAULT_SEED = 20261120  # of studies, functions and commands alike
+DEFAULT_TEST_DOTS = 200  # The default of studies and functions.
+DEFAULT_SEED = 20261120  # The default of studies, functions and commands alike.
 PROBE_RADIUS = 1.4  # Å
 # What is chosen by one of a few words: the type of each choice, by which a type checker refuses another word, and its words
 Auto = Literal["auto"]
@@ -97,7 +97,7 @@ R_PATCH = 4.0  # Å, of roughness and sampling; authors' scripts
 R_ZERNIKE = 6.0  # Å, of the descriptors; paper, Materials and Methods
 D_LINK = 0.5  # Å, below which dots are linked; authors' scripts
 STRIDE = Limits(0, whole=True)
-RANK: Final = "roughness"  # by what the residues of a trajectory are ranked without a request
+RANK: Final = "roughness"  # What the residues of a trajectory are ranked by without a request.
 RANK_BY: Final = "sd"
 PLDDT = Limits(0, 100, open_low=False)
 

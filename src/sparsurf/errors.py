@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 
-ARGUMENT_NAME = re.compile(r"[A-Za-z_][\w.]*")  # of an argument, or of a key
+ARGUMENT_NAME = re.compile(r"[A-Za-z_][\w.]*")  # The name of an argument, or of a key.
 # The name of an argument within a message; neither character occurs in a file of text
 MARKED = re.compile("\x02([\\w.]+)\x03")
 

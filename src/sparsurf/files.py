@@ -37,7 +37,7 @@ OTHER_PACKINGS = {b"\x28\xb5\x2f\xfd": "zstd", b"PK\x03\x04": "zip"}
 DAMAGED = (EOFError, zlib.error, lzma.LZMAError, gzip.BadGzipFile)  # what modules of compressions raise
 LENGTH_OF_BEGIN = 200
 MAX_QUOTED_LENGTH = 200  # characters; a message shortens a longer string
-N_ROWS_TO_COMPARE = 10  # at the end of a table: they show whether its last row is complete
+N_ROWS_TO_COMPARE = 10  # The rows at the end of a table show whether its last row is complete.
 URL_START = re.compile(r"[a-z][a-z0-9+]+:/", re.IGNORECASE)  # a Path drops one of its slashes
 UNPACK = "unpack an archive first, and give the path of the unpacked file."
 

@@ -15,7 +15,7 @@ from sparsurf.errors import InputError
 MIN_DISTANCE_FROM_LINE = 0.1
 EQUAL = 1e-8  # relative difference of two eigenvalues, or relative asymmetry, that counts as none
 MIN_SPREAD = 1e-6  # Å, rms; points that spread less are in one place
-NEGLIGIBLE = 1e-12  # of the largest eigenvalue; smaller ones are rounding errors
+NEGLIGIBLE = 1e-12  # Eigenvalues below this share of the largest are rounding errors.
 SIGNIFICANT_SHARE = 0.5  # share of the largest length in a subspace at which a coordinate sets its axis
 
 

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from typing import TypeAlias, TypeVar
 
 DELAY = 2.0  # s; a shorter loop shows no bar
-SECONDS_PER_LINE = 30.0  # of a log, which shows no bar
+SECONDS_PER_LINE = 30.0  # A log, which shows no bar, gets a line so often.
 Item = TypeVar("Item")
 Report: TypeAlias = Callable[[int, int], None]  # what a loop calls with how much is done, and of how much
 # The command line and the functions of `sparsurf` turn the bars on. The jobs of a study share a terminal and leave them off.

@@ -19,7 +19,7 @@ PLACEHOLDERS = {
     "<row>": "[123]",
     "<axis>": "[xyz]",
 }
-ANY_NAME = r"\S+"  # of a field or sampler
+ANY_NAME = r"\S+"  # The name of a field or sampler.
 
 
 @dataclass(frozen=True)

@@ -27,7 +27,7 @@ from sparsurf.files import shorten
 from sparsurf.threads import available_cores
 from sparsurf_study.config.conformations import first_column
 
-STUDY_ROOT = Path(__file__).parents[2]  # of the checkout
+STUDY_ROOT = Path(__file__).parents[2]  # The folder of the checkout.
 
 
 def main() -> int:

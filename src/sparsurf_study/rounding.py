@@ -12,12 +12,13 @@ from sparsurf import kinds
 if TYPE_CHECKING:
     import pandas as pd
 
-DIGITS = 6  # of numbers without an error
+DIGITS = 6  # Numbers without an error are rounded to so many digits.
 DIGITS_OF_ERROR = 2
-STANDARD_ERRORS_PER_INTERVAL = 4  # of 95 %
+STANDARD_ERRORS_PER_INTERVAL = 4  # An interval of 95 % is so wide.
 MAX_DECIMALS = 12
 ENDING = re.compile(f"_(?:{'|'.join(kinds.TABLE['reading'])})$")
-VALUES = ("Z", "value", "auc", "mean", "difference", "factor")  # whose error is called se, low and high
+# The errors of these are called se, low and high.
+VALUES = ("Z", "value", "auc", "mean", "difference", "factor")
 
 
 def write_rounded(path: str | PathLike[str], table: pd.DataFrame) -> None:

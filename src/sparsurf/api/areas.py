@@ -218,12 +218,10 @@ def areas(
         The molecule cannot be read or holds dots, atoms of two partners have the same position, groups do not fit the molecule,
         or an argument is outside of its limits.
 
-    Notes
-    -----
-    The accessible area is that of Lee and Richards, J. Mol. Biol. 55:379 (1971), and the excluded surface that of Connolly, J.
-    Appl. Cryst. 16:548 (1983). Where the probe touches several atoms at once, the excluded surface is divided among them as the
-    dots of `surface` are: a saddle halfway between its two atoms, and a concave triangle by nearest atom. The maxima of Tien et
-    al., PLoS ONE 8:e80635 (2013), are for residues without hydrogens and depend on the radii, so that shares may exceed 1.
+    Notes ----- The areas are those of Lee and Richards, J. Mol. Biol. 55:379 (1971), and of Connolly, J. Appl. Cryst. 16:548
+    (1983). Where the probe touches several atoms at once, the excluded surface is divided among them as the dots of `surface`
+    are: a saddle halfway between its two atoms, and a concave triangle by nearest atom. The maxima of Tien et al., PLoS ONE
+    8:e80635 (2013), are for residues without hydrogens and depend on the radii, so that shares may exceed 1.
 
     Examples
     --------
@@ -233,11 +231,6 @@ def areas(
     Areas of 953 atoms: 5,806 Å^2 accessible, 4,558 Å^2 excluded
     >>> a.residues[["residue_name", "accessible", "relative"]].head(2).round(2).to_numpy().tolist()
     [['GLU', 193.3, 0.87], ['PHE', 47.28, 0.2]]
-
-    One sphere and its probe:
-
-    >>> sparsurf.areas(([[0, 0, 0]], [1.6])).accessible.round(3)
-    array([113.097])
     """
     probe_radius = PROBE.check(probe_radius, "probe_radius")
     radii = check_radii(radii)

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from sparsurf.views.page.shapes import DrawnAtoms, Shape
 
 NAME_IN_ERRORS = "show"
-FRAMES_PER_CORE = 2  # of a batch, after which progress is counted
+FRAMES_PER_CORE = 2  # A batch, after which progress is counted, has so many frames for each core.
 PS_PER_NS = 1000
 DENSITY_OF_FRAMES = 0.9  # corners per Å^2
 

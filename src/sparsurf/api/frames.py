@@ -73,7 +73,8 @@ if TYPE_CHECKING:
 
 log = logging.getLogger("sparsurf")
 
-FRAMES_PER_PART = 10  # that are stored together, and computed again after a stop
+# So many frames are stored together, and at most so many are computed again after a stop.
+FRAMES_PER_PART = 10
 OF_FRAMES = ("xyz", "time_ps", "frame_number")  # arrays of a molecule with a row for each frame
 EXACT_AREAS = ("accessible", "relative", "buried")
 RESIDUE_COLUMNS = ("area", "mean_roughness", "depth", *EXACT_AREAS)
@@ -183,9 +184,7 @@ def frames(
     groups: Groups | None = None,
     jobs: int = 1,
 ) -> FrameTables | None:
-    """Measure the surface of every frame of a trajectory: area, roughness, depth and fields of each residue.
-
-    The residues are also ranked by how much one of these changes from frame to frame.
+    """Measure the surface of every frame of a trajectory, and rank its residues by how much they change from frame to frame.
 
     Parameters
     ----------
@@ -196,8 +195,8 @@ def frames(
     path : str or Path, optional
         File in .parquet (needs pyarrow) or .csv for the table of residues; the others are written next to it, as run_frames.csv,
         run_ranking.csv and run_contacts.csv next to run.csv. A stopped call continues from its finished frames.
-    stride : int
-        Measure every stride-th frame (default 1, all frames).
+    stride, jobs : int
+        Every stride-th frame is measured, in this number of processes (default 1, all frames, in one process).
     fields : str, callable, or sequence of these
         Fields whose mean is taken over the dots of each residue (default none); any name that `fields` accepts.
     probe_radius : float
@@ -205,7 +204,7 @@ def frames(
     radii : {'dms', 'bondi'}, dict, or path
         Atomic radii, as for `surface` (default 'dms').
     cavities : {'keep', 'remove'}
-        Whether the walls of closed cavities inside the molecule count (default 'keep').
+        Whether the walls of closed cavities are part of the surface (default 'keep'). If not, they are also no accessible area.
     rank : str or callable
         What the residues are ranked by: 'roughness' (the default), 'area', 'depth', 'accessible', 'relative', 'buried', or any
         field, which is measured as well if `fields` leaves it out.
@@ -213,19 +212,16 @@ def frames(
         Whether the standard deviation over the frames counts, or the highest minus the lowest value (default 'sd').
     groups : str or sequence, optional
         Partners that bury each other, as in `areas`; atoms of no group are absent (default: each chain and each ligand).
-    jobs : int
-        Number of processes (default 1); the results do not depend on it.
 
     Returns
     -------
-    FrameTables or None
+    FrameTables, or None if `path` is given: memory then does not grow with the number of frames
         `residues`, with a row for each residue in each frame: frame (from 0), time_ps, chain, residue, residue_name, area (Å^2),
         mean_roughness (1 is flat, 0 is rough; NaN if buried), depth (Å), accessible (Å^2), relative, buried (Å^2) and fields.
         `frames`, with a row for each frame: areas (Å^2), volume (Å^3), components, cavities, dots and mean_roughness.
         `ranking`, with a row for each residue, the one that changes most first: rank, quantity, mean, sd, lowest, highest, range,
         the number of `frames` with a value and mean_area (Å^2). `contacts`, with a row for each residue and each partner that
         buries some of it: occupancy (share of the frames with at least 1 Å^2), mean and highest buried area (Å^2).
-        None if `path` is given: memory then does not grow with the number of frames.
 
     Raises
     ------
@@ -233,11 +229,9 @@ def frames(
         The trajectory does not belong to the structure, a frame has no surface, an argument is outside of its limits, or a file
         would replace an input or a file of another kind.
 
-    Notes
-    -----
-    The numbers of a frame are those of `residues(surface(molecule, frame=...))` and `areas(molecule, frame=...)`, except that
-    `cavities="remove"` takes the walls of cavities out of the accessible area. Residues with less than 20 Å^2 of area in the
-    mean, with a value in fewer than half of the frames, or without a change come last, without a rank.
+    Notes ----- The numbers of a frame are those of `residues(surface(molecule, frame=...))` and `areas(molecule, frame=...)`.
+    Residues with less than 20 Å^2 of area in the mean, with a value in fewer than half of the frames, or without a change come
+    last, without a rank.
 
     Examples
     --------
@@ -245,8 +239,6 @@ def frames(
     >>> tables = sparsurf.frames("data/tdp43/topology.pdb", "data/tdp43/trajectory.xtc", stride=500)
     >>> tables.frames[["frame", "area"]].round().to_numpy().tolist()
     [[0.0, 4558.0], [500.0, 4306.0], [1000.0, 4241.0]]
-    >>> len(tables.residues), list(tables.residues)[:4]
-    (183, ['frame', 'time_ps', 'chain', 'residue'])
     >>> tables.ranking[["residue_name", "residue", "frames"]].to_numpy().tolist()[:2]
     [['ILE', '257', 3], ['VAL', '255', 3]]
     """

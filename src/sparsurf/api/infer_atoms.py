@@ -32,11 +32,6 @@ def infer_atoms(
 ) -> Atoms:
     """Infer the atoms under a molecular surface from dots with normals alone.
 
-    Each dot of a solvent-excluded surface has the centre of its probe at p + probe_radius n, and that probe touches one atom
-    (contact dot), two (saddle) or three (concave) and holds none. An atom of radius r is therefore the centre of a sphere of
-    radius r + probe_radius that passes through probe centres and holds none inside. Three dots, or a contact dot and another,
-    determine it.
-
     Parameters
     ----------
     points : path of a file of dots, Surface, Points, Subset, pair (points, normals), or (n, 3) array
@@ -60,9 +55,10 @@ def infer_atoms(
         The dots cannot be used, a radius is not allowed, or the dots vote for no probe radius, because they lie on a surface of
         another kind, carry noise, or are fewer than 100.
 
-    Notes
-    -----
-    No earlier method that does this was found. The probe is that of Connolly, J. Appl. Cryst. 16:548 (1983).
+    Notes ----- Each dot of a solvent-excluded surface (Connolly, J. Appl. Cryst. 16:548, 1983) has the centre of its probe at p +
+    probe_radius n, and that probe touches one atom (contact dot), two (saddle) or three (concave) and holds none. An atom of
+    radius r is therefore the centre of a sphere of radius r + probe_radius that passes through probe centres and holds none
+    inside. Three dots, or a contact dot and another, determine it. No earlier method that does this was found.
 
     Examples
     --------

@@ -100,7 +100,7 @@ def _converter(source: Any) -> str | None:
     if type(source).__module__ == "gemmi":
         return "from_gemmi" if type(source).__name__ in ("Structure", "Model") else None
     for name, attributes in ATTRIBUTES_OF_ATOMS.items():
-        if all(attribute(source, each) is not None for each in attributes):
+        if all(attribute(source, key) is not None for key in attributes):
             return name
     is_entity = attribute(source, "get_atoms") is not None and attribute(source, "level") in ("S", "M", "C")
     return "from_biopython" if is_entity else None

@@ -74,25 +74,16 @@ def minimal(
 ) -> Subset:
     """Choose few dots that represent a surface, by default with a mean error of 0.02 Å.
 
-    Where an error of at most 0.12 Å is requested of dots that were placed on atoms, `recover` infers the atoms from the kept dots
-    (sampler 'cover'), which are chosen by the error that these atoms predict. A study and the command `sparsurf minimal` choose
-    the same dots with the same seed.
+    A study and the command `sparsurf minimal` choose the same dots with the same seed.
 
     Parameters
     ----------
     surface : path, Molecule, atoms of another library, Surface, or pair (points, normals)
         A molecule, whose dots are placed with the defaults of `surface`, or dots, which may be placed by other rules, as in
-        `minimal(surface(path, probe_radius=2.0))`. At most one of the next five arguments is given.
-    percent : float, optional
-        Share of all dots, %.
-    n_dots : int, optional
-        Number of dots.
-    density : float, optional
-        Number of dots per Å^2.
-    error : float, optional
-        Mean distance of the true surface from the reconstructed one, Å; 0.02 without any of the five.
-    max_z : float, optional
-        Largest Z (see `compare`) of the dots as they are, without reconstruction.
+        `minimal(surface(path, probe_radius=2.0))`.
+    percent, n_dots, density, error, max_z : float, optional
+        At most one of them: the share of all dots, %; their number; their number per Å^2; the mean distance of the true surface
+        from the reconstructed one, Å (0.02 without any of the five); the largest Z (see `compare`) of the dots as they are.
     sampler : str or callable
         How the dots are chosen, as in `sample`; 'auto' (default) is 'cover' where an error of at most 0.12 Å is requested of all
         dots that `surface` placed and `reconstruction` is not 'interpolant', and 'farthest' in all other cases.
@@ -122,24 +113,17 @@ def minimal(
     InputError
         More than one size is given, or the size cannot be had from this surface.
 
-    Notes
-    -----
-    Dots of 'cover' serve the reconstruction by spheres alone: with the interpolant they err by 20 to 40 % more than evenly spread
+    Notes ----- With 'cover', `recover` infers the atoms from the kept dots, which are chosen by the error that these atoms
+    predict. They serve the reconstruction by spheres alone: with the interpolant they err by 20 to 40 % more than evenly spread
     ones, and the loss of a random tenth of them raises the mean error from 0.002 to 0.06 to 0.1 Å.
 
     Examples
     --------
     >>> import sparsurf
     >>> few = sparsurf.minimal("data/tdp43/topology.pdb", percent=10)
-    >>> few
-    Subset of 2,460 dots of 24,600
-    >>> len(few), few.points.shape, list(few.table)[:4]
-    (2460, (2460, 3), ['dot', 'x', 'y', 'z'])
-
-    `sample` chooses the same dots:
-
-    >>> kept = sparsurf.sample("data/tdp43/topology.pdb", percent=10)
-    >>> bool((kept == few.dots).all())
+    >>> few, few.points.shape, list(few.table)[:4]
+    (Subset of 2,460 dots of 24,600, (2460, 3), ['dot', 'x', 'y', 'z'])
+    >>> bool((few.dots == sparsurf.sample("data/tdp43/topology.pdb", percent=10)).all())
     True
     """
     sizes = {"percent": percent, "n_dots": n_dots, "density": density, "error": error, "max_z": max_z}
@@ -252,10 +236,9 @@ def recover(
     steps : int
         Largest number of Newton steps that move a new dot onto the surface (default 4).
     reconstruction : {'auto', 'interpolant', 'spheres'}
-        'auto' (default) uses the inferred atoms if they explain the dots, and the interpolant elsewhere, or as a file of
-        dots says; it is the interpolant alone for fewer than 100 dots, dots with noise,
-        and surfaces of another kind. 'interpolant' never infers atoms. 'spheres' refuses dots of which fewer than half lie on
-        the inferred atoms.
+        'auto' (default) uses the inferred atoms if they explain the dots, and the interpolant elsewhere, or as a file of dots
+        says; it is the interpolant alone for fewer than 100 dots, dots with noise, and surfaces of another kind. 'interpolant'
+        never infers atoms. 'spheres' refuses dots of which fewer than half lie on the inferred atoms.
 
     Returns
     -------
@@ -272,17 +255,8 @@ def recover(
     --------
     >>> import sparsurf
     >>> dots = sparsurf.surface("data/tdp43/topology.pdb")
-    >>> dense = sparsurf.recover(dots[sparsurf.sample(dots, percent=10)])
-    >>> len(dense)
+    >>> len(sparsurf.recover(dots[sparsurf.sample(dots, percent=10)]))
     23561
-
-    Their mean distance in Å from the nearest dot of the molecule, whose own dots are about 0.4 Å apart. It is small, since most
-    of the atoms are found exactly, and dots are placed on these as by `surface`:
-
-    >>> from scipy.spatial import cKDTree
-    >>> distance = cKDTree(dots.points).query(dense.points)[0]
-    >>> round(float(distance.mean()), 2)
-    0.02
     """
     if isinstance(few, SurfaceAtoms):
         if (reach, steps, reconstruction) != (REACH, NEWTON_STEPS, AUTO):

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from sparsurf.molecules.molecule import Molecule
     from sparsurf.surfaces.surface import Rules, Surface
 
-NAMED_CHAINS = 20  # that are named
+NAMED_CHAINS = 20  # At most so many chains are named.
 KINDS_OF_FILES = "file", "trajectory"
 
 OriginRow = tuple[str, str]  # what it is, and its value

@@ -36,8 +36,8 @@ log = logging.getLogger("sparsurf")
 
 WAITING_PER_JOB = 4  # tasks
 LENGTH_OF_KEY = 32  # letters of the hash in the name of a part
-FORMATS = kinds.suffixes("frames")  # of tables that are written one after another
-ROWS_PER_GROUP = 100_000  # of a Parquet file
+FORMATS = kinds.suffixes("frames")  # The formats of tables that are written one after another.
+ROWS_PER_GROUP = 100_000  # A group of a Parquet file has at least so many rows.
 
 
 def digest_of_arguments(*arguments: Any, fields: Sequence[FieldLike]) -> Any:

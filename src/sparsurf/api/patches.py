@@ -51,8 +51,9 @@ def roughness(
         Distance below which two dots are linked, Å (default 0.5). A patch is the largest linked island of dots within
         `r_patch`.
     roughness : str or callable
-        Definition of the roughness (default 'published'). A function (index, radius, threads) of a PatchIndex, Å and a number
-        that returns (N,) numbers from 0 (rough) to 1, or a name given to `register`, may take the place of these names:
+        Definition of the roughness (default 'published', equation 1 of the preprint by Grassmann et al., published in PLoS ONE
+        17(4), e0266004, 2022). A function (index, radius, threads) of a PatchIndex, Å and a number that returns (N,) numbers from
+        0 (rough) to 1, or a name given to `register`, may take the place of these names:
 
         {choices of roughness}
 
@@ -68,23 +69,12 @@ def roughness(
     InputError
         The surface cannot be used, the dots are too few to reconstruct it, or an argument is outside of its limits.
 
-    Notes
-    -----
-    Equation 1 of the preprint by Grassmann et al., published in PLoS ONE 17(4), e0266004 (2022).
-
     Examples
     --------
     >>> import sparsurf
-    >>> dots = sparsurf.surface("data/tdp43/topology.pdb")
-    >>> R = sparsurf.roughness(dots)
+    >>> R = sparsurf.roughness("data/tdp43/topology.pdb")
     >>> R.shape, round(float(R.mean()), 3)
     ((24600,), 0.594)
-
-    From arrays, or from the file at once:
-
-    >>> R = sparsurf.roughness((dots.points, dots.normals))
-    >>> bool((R == sparsurf.roughness("data/tdp43/topology.pdb")).all())
-    True
     """
     r_patch, d_link = LENGTH.check(r_patch, "r_patch"), LENGTH.check(d_link, "d_link")
     kinds.load("roughness", roughness, "roughness")  # refused before dots are placed
@@ -134,30 +124,22 @@ def descriptors(
     Returns
     -------
     (T, 121) float64
-        ``|c_nm|`` in the order of n, then m; (T, width) of a function. A centre without a patch has zeros, and a warning says so.
+        ``|c_nm|`` in the order of n, then m, up to order 20, as in Grassmann et al., PLoS ONE 17(4), e0266004 (2022); (T, width)
+        of a function. A centre without a patch has zeros, and a warning says so.
 
     Raises
     ------
     InputError
         A centre is not a dot of the surface or not finite, or an argument is outside of its limits.
 
-    Notes
-    -----
-    The projection and the 121 moments up to order 20 are those of Grassmann et al., PLoS ONE 17(4), e0266004 (2022).
-
     Examples
     --------
-    >>> import sparsurf
-    >>> dots = sparsurf.surface("data/tdp43/topology.pdb")
-    >>> z = sparsurf.descriptors(dots, [0, 100, 200])
-    >>> z.shape
-    (3, 121)
-
     The distance between two descriptors says how different the patches are:
 
-    >>> import numpy as np
-    >>> round(float(np.linalg.norm(z[0] - z[1])), 2)
-    1.74
+    >>> import sparsurf
+    >>> z = sparsurf.descriptors(sparsurf.surface("data/tdp43/topology.pdb"), [0, 100, 200])
+    >>> z.shape, round(float(((z[0] - z[1]) ** 2).sum() ** 0.5), 2)
+    ((3, 121), 1.74)
     """
     r_zernike = LENGTH.check(r_zernike, "r_zernike")
     check_flag(up, "up")

@@ -99,9 +99,9 @@ def points(
     -------
     Points
         The pair of `points` and `normals`, (n_dots, 3) float32 each, Å, which can be unpacked. Its length is that of a pair, 2,
-        and its attribute `n_dots` is the number of points. The first m points are
-        themselves spread as far as m points can be by this method. It also has `area` (Å^2 that each point stands for),
-        `kind`, `atom`, `fields` and `to_frame`, which names the residue and the atom of every point.
+        and its attribute `n_dots` is the number of points. The first m points are themselves spread as far as m points can be by
+        this method. It also has `area` (Å^2 that each point stands for), `kind`, `atom`, `fields` and `to_frame`, which names the
+        residue and the atom of every point.
 
     Raises
     ------
@@ -114,14 +114,9 @@ def points(
     >>> points, normals = sparsurf.points("data/tdp43/topology.pdb", n_dots=512)
     >>> points.shape, normals.dtype
     ((512, 3), dtype('float32'))
-    >>> len(sparsurf.points("data/tdp43/topology.pdb", density=0.5).atom)
-    2241
-
-    With labels, the area that each point stands for, and fields:
-
-    >>> few = sparsurf.points("data/tdp43/topology.pdb", n_dots=512, fields=["roughness", "hydropathy"])
-    >>> list(few.to_frame())[6:]
-    ['area', 'kind', 'chain', 'residue', 'residue_name', 'atom_name', 'atom', 'roughness', 'hydropathy']
+    >>> few = sparsurf.points("data/tdp43/topology.pdb", density=0.5, fields=["roughness", "hydropathy"])
+    >>> few.n_dots, list(few.to_frame())[6:]
+    (2241, ['area', 'kind', 'chain', 'residue', 'residue_name', 'atom_name', 'atom', 'roughness', 'hydropathy'])
     """
     request = _checked(n_dots, density, fields, seed, probe_radius, radii, cavities)
     return _chosen(molecule, request, frame, groups)
@@ -224,19 +219,11 @@ def points_of(
     folder : str or Path, or list of these
         Folder whose .pdb, .ent, .cif and .mmcif files are read, also compressed and in folders below it, or a list of files.
     n_dots : int, optional
-        Number of points on each structure, as for `points` (default 1024, unless `density` is given).
+        Number of points on each structure (default 1024, unless `density` is given).
     density : float, optional
         Instead of `n_dots`, the number of points per Å^2.
-    fields : str, callable, or sequence of these
-        Values at the points, as for `points` (default none).
-    seed : int
-        Seed for the choice of each first point (default 20261120).
-    probe_radius : float
-        Radius of the probe, Å (default 1.4).
-    radii : {'dms', 'bondi'}, dict, or path
-        Atomic radii, as for `surface` (default 'dms').
-    cavities : {'remove', 'keep'}
-        Whether closed cavities are left without points (default 'remove').
+    fields, seed, probe_radius, radii, cavities : as in `points`
+        Values at the points, the seed, and how the surface is made, with the same defaults.
     jobs : int
         Number of processes (default 1); the results do not depend on it.
 
@@ -258,15 +245,10 @@ def points_of(
     Examples
     --------
     >>> import sparsurf
-    >>> for name, points, normals in sparsurf.points_of("data/tdp43", n_dots=256):
-    ...     print(name, points.shape)
-    topology (256, 3)
-
-    With labels:
-
     >>> results = sparsurf.points_of("data/tdp43", n_dots=256, fields="roughness")
-    >>> [(few.name, few.atom.shape, few.fields["roughness"].dtype) for few in results]
-    [('topology', (256,), dtype('float32'))]
+    >>> for few in results:
+    ...     print(few.name, few.points.shape, few.atom.shape, few.fields["roughness"].dtype)
+    topology (256, 3) (256,) float32
     >>> results.failures
     {}
     """

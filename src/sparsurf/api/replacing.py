@@ -20,7 +20,7 @@ AREAS_OF_MSMS = b" Atom#"
 COLUMNS_OF_MSMS = {".vert": (9, 10), ".face": (5,)}
 OWN_PAGE = b'<meta name="generator" content="sparsurf '
 FRAME_COLUMNS = ("area", "volume", "components", "cavities", "dots", "mean_roughness", "accessible", "buried")
-COLUMNS_OF_FRAMES = ("frame", "time_ps", *FRAME_COLUMNS)  # of the table of frames
+COLUMNS_OF_FRAMES = ("frame", "time_ps", *FRAME_COLUMNS)  # The columns of the table of frames.
 COLUMNS_OF_CHANGES = ("quantity", "frames", "mean", "sd", "lowest", "highest", "range")
 # of the table of ranked residues
 COLUMNS_OF_RANKING = ("chain", "residue", "residue_name", "rank", *COLUMNS_OF_CHANGES, "mean_area")

@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 
 log = logging.getLogger("sparsurf")
 
-MAX_DOTS_IN_NOTEBOOK = 50_000  # of larger surfaces a notebook holds a picture
+MAX_DOTS_IN_NOTEBOOK = 50_000  # A notebook holds a picture of a larger surface.
 
 
 @public(of_dots=True)
@@ -64,15 +64,13 @@ def show(
 
     The page is one file that needs no network. It shows the surface above the cartoon of the molecule and its ligands, coloured
     by roughness or fields, which residues touch which chain or ligand, the roughness of the residues along each chain, the ten
-    roughest residues, and the parts of the structure that were left out. 3Dmol.js (Rego and Koes, Bioinformatics 31:1322, 2015)
-    draws the picture.
+    roughest residues, and the parts of the structure that were left out.
 
     Parameters
     ----------
     source : path, Molecule, atoms of another library, Surface, Subset, Mesh, or the pair (points, normals)
         What is shown. A path is that of a structure, as for `read_molecule`, or of a file of dots or a PLY mesh, as for
-        `read_surface`. Dots that do not know their molecule, such as those of a file, have no residues and no fields of
-        atoms. Lengths are in Å.
+        `read_surface`. Dots that do not know their molecule, such as those of a file, have no residues and no fields of atoms.
     path : str or Path, optional
         File in .html for the page. By default a temporary file, unless the page is not opened.
     trajectory : path, optional
@@ -105,9 +103,9 @@ def show(
 
     Notes
     -----
-    Roughness is that of `roughness`: the mean cosine between the normals of a patch and their mean (Grassmann et al., PLoS ONE
-    17(4), e0266004, 2022). Where patches of the dots would be fragmented, as those of a file of a subset, the page shows the
-    surface that `recover` reconstructs from them, and says so.
+    Roughness is that of `roughness`. Where patches of the dots would be fragmented, as those of a file of a subset, the page
+    shows the surface that `recover` reconstructs from them, and says so. 3Dmol.js (Rego and Koes, Bioinformatics 31:1322, 2015)
+    draws the picture.
 
     Examples
     --------

@@ -169,34 +169,27 @@ def sample(
 
         {choices of sampler}
     combination : (alpha, beta, gamma, delta), optional
-        Parameters of one draw of the paper's sampling, or of the sampler 'paper_corrected'.
+        Parameters of one draw of the paper's sampling, equation 2 of the preprint by Grassmann et al., published in PLoS ONE
+        17(4), e0266004 (2022), or of the sampler 'paper_corrected'.
     seed : int, optional
         Seed of the draw (default that of the prepared surface, or 20261120).
 
     Returns
     -------
     (n,) int64
-        Indices of the kept dots. The first m dots of a nested sampler, such as 'farthest' or 'uniform', are its subset of m
-        dots.
+        Indices of the kept dots. The first m dots of a nested sampler, such as 'farthest' or 'uniform', are its subset of m dots.
 
     Raises
     ------
     InputError
         No size or several sizes are given, the surface has fewer dots, or a parameter is outside of its limits.
 
-    Notes
-    -----
-    The sampling of the paper is equation 2 of the preprint by Grassmann et al., published in PLoS ONE 17(4), e0266004 (2022).
-
     Examples
     --------
     >>> import sparsurf
     >>> dots = sparsurf.surface("data/tdp43/topology.pdb")
-    >>> kept = sparsurf.sample(dots, percent=10)
-    >>> len(kept), dots.points[kept].shape
-    (2460, (2460, 3))
-    >>> len(sparsurf.sample(dots, combination=(1, 0, 6, 0)))
-    11344
+    >>> len(sparsurf.sample(dots, percent=10)), len(sparsurf.sample(dots, combination=(1, 0, 6, 0)))
+    (2460, 11344)
     """
     prepared = _prepared(surface, PatchesSettings(d_link=_link_of(surface)))
     if seed is not None:
@@ -280,27 +273,21 @@ def compare(
         n_S and n_S_percent; Z, the mean distance between the descriptors of a patch on the whole surface and on the subset
         (0 if they are equal), and its standard error Z_se; Z_uniform of a random subset of the same size; d = Z_uniform - Z,
         positive where the subset is better than a random one, and d_se; and two references: Z_empty of empty patches and
-        Z_mean_descriptor of the mean descriptor in place of every patch.
+        Z_mean_descriptor of the mean descriptor in place of every patch. Z and d are those of Grassmann et al., PLoS ONE 17(4),
+        e0266004 (2022).
 
     Raises
     ------
     InputError
         A subset names dots that the surface does not have, or the reading or the number of test dots is not allowed.
 
-    Notes
-    -----
-    Z and d are those of Grassmann et al., PLoS ONE 17(4), e0266004 (2022).
-
     Examples
     --------
     >>> import sparsurf
-    >>> dots = sparsurf.surface("data/tdp43/topology.pdb")
-    >>> ready = sparsurf.prepare(dots)
+    >>> ready = sparsurf.prepare(sparsurf.surface("data/tdp43/topology.pdb"))
     >>> table = sparsurf.compare(ready, {"farthest": sparsurf.sample(ready, percent=10)})
-    >>> print(table[["n_S", "Z", "Z_uniform", "d"]].round(2))
-               n_S     Z  Z_uniform     d
-    subset
-    farthest  2460  1.07        1.4  0.33
+    >>> table[["n_S", "Z", "Z_uniform", "d"]].round(2).to_dict("index")
+    {'farthest': {'n_S': 2460, 'Z': 1.07, 'Z_uniform': 1.4, 'd': 0.33}}
     """
     prepared = _prepared(surface, PatchesSettings(d_link=_link_of(surface)))
     by_name: Mapping[str, Any] = subsets if isinstance(subsets, Mapping) else {"subset": subsets}

@@ -75,12 +75,8 @@ def surface_atoms(
     Examples
     --------
     >>> import sparsurf
-    >>> few = sparsurf.surface_atoms("data/tdp43/topology.pdb")
-    >>> few, few.is_exact
-    (SurfaceAtoms: 731 of 953 atoms, of which the probe touches 709, True)
-    >>> dots = sparsurf.surface(few)
-    >>> round(dots.area.sum())
-    4560
+    >>> sparsurf.surface_atoms("data/tdp43/topology.pdb")
+    SurfaceAtoms: 731 of 953 atoms, of which the probe touches 709
     """
     probe_radius = PROBE.check(probe_radius, "probe_radius")
     radii = check_radii(radii)

@@ -105,7 +105,7 @@ def surface(
         Whether concave dots inside other probes are removed (default 'exact') or kept, as by the program DMS.
     boundary : {'excluded', 'accessible'}
         Whether the surface bounds the space that the probe cannot enter (default 'excluded') or the space that its centre cannot
-        enter.
+        enter, whose area is that of `areas`. Dots of the latter are of kind 0 and carry no molecule.
     groups : str or sequence, optional
         Groups of partners, as in `areas`: the dots lie on the surface of the first group alone, and the field `burial` says how
         deep they lie below the surface of all groups (default None, all atoms).
@@ -114,8 +114,7 @@ def surface(
     -------
     Surface
         `points` and `normals` (N, 3) in Å, `area` (N,) in Å^2, `kind` (N,) (0 contact, 1 saddle, 2 concave) and `atom` (N,),
-        the index of the atom that each dot belongs to. The dots carry their molecule; those of the accessible surface, which are
-        all of kind 0, do not, since what is computed from the molecule of dots is about the excluded surface.
+        the index of the atom that each dot belongs to. The dots carry their molecule.
 
     Raises
     ------
@@ -128,16 +127,8 @@ def surface(
     >>> dots = sparsurf.surface("data/tdp43/topology.pdb")
     >>> len(dots), dots.points.shape, round(dots.area.sum())
     (24600, (24600, 3), 4560)
-
-    Two spheres:
-
     >>> len(sparsurf.surface(([[0, 0, 0], [3, 0, 0]], [1.5, 1.5])))
     364
-
-    The accessible surface, whose area is that of `areas`:
-
-    >>> round(sparsurf.surface("data/tdp43/topology.pdb", boundary="accessible").area.sum())
-    5806
     """
     check_choice(boundary, BOUNDARIES, "boundary")
     probe_radius, d_link = PROBE.check(probe_radius, "probe_radius"), LENGTH.check(d_link, "d_link")
@@ -283,16 +274,10 @@ def mesh(
     Examples
     --------
     >>> import sparsurf
-    >>> triangles = sparsurf.mesh("data/tdp43/topology.pdb")
-    >>> round(triangles.volume, -2)
-    7900.0
     >>> coarse = sparsurf.mesh("data/tdp43/topology.pdb", n_vertices=1024)
-    >>> len(coarse.vertices), round(coarse.volume, -3)
-    (1024, 8000.0)
-    >>> list(coarse.to_frame())[8:]
-    ['chain', 'residue', 'residue_name', 'atom_name', 'atom']
-    >>> few = sparsurf.minimal("data/tdp43/topology.pdb", percent=10)
-    >>> round(sparsurf.mesh(few).volume, -2)
+    >>> len(coarse.vertices), round(coarse.volume, -3), list(coarse.to_frame())[8:]
+    (1024, 8000.0, ['chain', 'residue', 'residue_name', 'atom_name', 'atom'])
+    >>> round(sparsurf.mesh(sparsurf.minimal("data/tdp43/topology.pdb", percent=10)).volume, -2)
     7900.0
     """
     size = mesh_size(n_vertices, density, step)

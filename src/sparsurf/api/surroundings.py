@@ -33,8 +33,8 @@ if TYPE_CHECKING:
 LEAST_BURIED = 0.5  # Å^2, of a row
 NEAR_MOLECULE = 6.0  # Å, from a ligand that is drawn to the molecule
 SAME_POSITION = 0.01  # Å
-MAX_ATOMS = 100_000  # of a molecule whose contacts a page lists
-MAX_NAMED = 6  # residues in a sentence
+MAX_ATOMS = 100_000  # A page lists no contacts of a larger molecule.
+MAX_NAMED = 6  # A sentence names at most so many residues.
 
 
 def with_surroundings(molecule: Molecule) -> Molecule:
@@ -63,8 +63,8 @@ def with_surroundings(molecule: Molecule) -> Molecule:
         whole, off = whole.frame(int(off.argmin())), off.min()
     if np.any(off > SAME_POSITION):
         return molecule
-    others = np.setdiff1d(np.flatnonzero(~np.isin(whole.kind, ("protein", "water"))), placed)
-    near = others[pairs_within(molecule.xyz[0], whole.xyz[0, others], NEAR_MOLECULE)[0]]
+    strangers = np.setdiff1d(np.flatnonzero(~np.isin(whole.kind, ("protein", "water"))), placed)
+    near = strangers[pairs_within(molecule.xyz[0], whole.xyz[0, strangers], NEAR_MOLECULE)[0]]
     is_nucleic = whole.kind == "nucleic"
     strands = whole.chain[near[is_nucleic[near]]]
     chosen = np.isin(whole.residue_index, whole.residue_index[near]) | (

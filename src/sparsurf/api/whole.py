@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 log = logging.getLogger("sparsurf")
 
-FEWEST_DOTS = 12  # from which a surface is reconstructed
+FEWEST_DOTS = 12  # No surface is reconstructed from fewer dots.
 # Dots per Å^2, estimated from their distances. The mean roughness of a surface reconstructed from evenly spread or random dots
 # differs by at most .024 from the true one at .1 and above, by .04 at .08, and by .1 at .05.
 MIN_DENSITY = 0.1

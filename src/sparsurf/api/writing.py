@@ -50,7 +50,7 @@ if TYPE_CHECKING:
 
 log = logging.getLogger("sparsurf")
 
-SUFFIXES_OF_NUMBERS = kinds.suffixes("fields")  # which have room for numbers at the dots
+SUFFIXES_OF_NUMBERS = kinds.suffixes("fields")  # These files have room for numbers at the dots.
 # PLY first: most programs open it
 MESHES = tuple(
     sorted(
@@ -60,10 +60,10 @@ MESHES = tuple(
 DOTS_ALONE = (*SUFFIXES_OF_NUMBERS, *SCENES)
 SUFFIXES_OF_DOTS = kinds.suffixes("dots")  # DMS and MSMS name the atom of every dot
 TABLE_FORMATS = kinds.suffixes("residues")
-OF_COLUMN = (".pdb",)  # which hold one column of a table as B factors
+OF_COLUMN = (".pdb",)  # These files hold one column of a table as B factors.
 PAGE_ENDINGS = (".html",)
-PAGE_FORMATS = kinds.suffixes("page")  # which show dots, or residues
-SCRIPTS = kinds.suffixes("script")  # which open files that are written next to them
+PAGE_FORMATS = kinds.suffixes("page")  # They show dots, or residues.
+SCRIPTS = kinds.suffixes("script")  # They open files that are written next to them.
 VIEWS = (*SCRIPTS, *PAGE_FORMATS)
 # What dots of a molecule, other dots, and a mesh are written as
 OUTPUTS_OF_DOTS, OUTPUTS_OF_DOTS_ALONE = (*SUFFIXES_OF_DOTS, *VIEWS), (*DOTS_ALONE, *VIEWS)
@@ -453,23 +453,11 @@ def write(
 ) -> None:
     """Write a result in the format that the suffix of a path names, such as .csv, .npz, .ply, .dms, .pml, .html or .png.
 
-    Further suffixes are for PyMOL and ChimeraX: .pml and .cxc open the dots on their molecule (a NAME.cxc with NAME_dots.bild and
-    NAME_molecule.pdb next to it), .bild holds spheres, and .pdb holds each dot as an atom whose B factor is its weight or its
-    first field, with an occupancy of 0 where that is unknown. A .vtp (for ParaView and PyVista) holds dots or a mesh with all
-    their numbers. A .obj, .glb or .stl holds a mesh, and is written by trimesh, which must be installed. A .html is an
-    interactive page, as that of `show`, a .parquet holds Points in the columns of `sparsurf points`, and a .png is a picture,
-    for which matplotlib must be installed. A Subset is shown on
-    its surface, and a table of `residues` as the roughness along each chain. A .pdb of a table of residues or atoms, with a
-    `column`, is the molecule whose B factors are this column, for PyMOL (`spectrum b`) and ChimeraX (`color bfactor`).
-
     Parameters
     ----------
     result : Surface, Points, Subset, Mesh, Molecule, SurfaceAtoms, or DataFrame
-        What is written. A molecule is written as PDB, or as spheres of the radii 'dms' (.xyzr, .xyzrn). Atoms of a surface are
-        written as .xyzr, .pqr or .pdb (with the radii as B factors), whose header says probe and radii. A mesh is written as
-        PLY, as npz with `vertices`, `faces`, `normals` and its fields, or as .vert with a .face next to it, as by the program
-        MSMS; in PLY and npz its numbers are float32 and its triangles int32. An npz of dots holds `points`, `normals` and their
-        fields. `read_surface` reads all three.
+        What is written; the notes say how each is. A Subset is shown on its surface, and a table of `residues` as the roughness
+        along each chain.
     path : str or Path
         File to write; its folder must exist.
     molecule : path, Molecule, or atoms of another library, optional
@@ -482,7 +470,8 @@ def write(
         Whether a PLY, OBJ or GLB has colours, of the first field or of the kinds. By default dots have them and a mesh has
         none: all its properties are then floats, as readers of meshes for networks need them.
     column : str, optional
-        Column of a table that a .pdb of `molecule` holds as B factors, such as 'accessible'.
+        Column of a table of residues or atoms, such as 'accessible', that a .pdb of `molecule` holds as B factors, for PyMOL
+        (`spectrum b`) and ChimeraX (`color bfactor`).
     limits : pair of float, optional
         Values at the ends of the colours, such as (-5, 5), which make files comparable. By default, potential (±5 kT/e),
         hydropathy (±4.5), shape index and hbond (±1) have colours that meet at 0, roughness reaches from 0.2 to 0.9, B factors
@@ -495,10 +484,20 @@ def write(
         that the molecule was read from, or a file that a .cxc or a .vert needs next to it exists already and was not written
         there as such.
 
+    Notes ----- .pml and .cxc open the dots on their molecule in PyMOL and ChimeraX (a NAME.cxc with NAME_dots.bild and
+    NAME_molecule.pdb next to it), .bild holds spheres, and .pdb holds each dot as an atom whose B factor is its weight or its
+    first field, with an occupancy of 0 where that is unknown. A .vtp (for ParaView and PyVista) holds dots or a mesh with all
+    their numbers, a .html is an interactive page, as that of `show`, a .parquet holds Points in the columns of `sparsurf points`,
+    and a .png is a picture, for which matplotlib must be installed. A molecule is written as PDB, or as spheres of the radii
+    'dms' (.xyzr, .xyzrn). Atoms of a surface are written as .xyzr, .pqr or .pdb (with the radii as B factors), whose header says
+    probe and radii. A mesh is written as PLY, as npz with `vertices`, `faces`, `normals` and its fields, as .vert with a .face
+    next to it, as by the program MSMS, or by trimesh, which must be installed, as .obj, .glb or .stl; in PLY and npz its numbers
+    are float32 and its triangles int32. An npz of dots holds `points`, `normals` and their fields. `read_surface` reads .ply,
+    .npz and .vert.
+
     Examples
     --------
     >>> import sparsurf
-    >>> sparsurf.write(sparsurf.surface("data/tdp43/topology.pdb"), "/tmp/dots.ply")
     >>> mesh = sparsurf.mesh("data/tdp43/topology.pdb", n_vertices=512, fields="hydropathy")
     >>> sparsurf.write(mesh, "/tmp/mesh.ply", names={"hydropathy": "hphob"})
     """

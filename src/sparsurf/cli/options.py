@@ -341,15 +341,15 @@ def refuse_file_of_dots(args: argparse.Namespace) -> NoReturn:
     raise InputError(what_is_no_structure(source_of(args), formats))
 
 
-def read_spheres_or_atoms(args: argparse.Namespace, of: str) -> tuple[Any, dict[str, Any]]:
-    """Return FILE, if it holds spheres, or its molecule, and arguments about that; `of` begins what is said of its atoms."""
+def read_spheres_or_atoms(args: argparse.Namespace, action: str) -> tuple[Any, dict[str, Any]]:
+    """Return FILE, if it holds spheres, or its molecule, and arguments about that; `action` begins what is said of its atoms."""
     if is_file_of_spheres(args.file):
         refuse_structure_options(args, "spheres")
         return args.file, {}
     if not reads_atoms(args):
         refuse_file_of_dots(args)
     molecule = read_atoms(args)
-    say(f"{of} {molecule.n_atoms:,} atoms")
+    say(f"{action} {molecule.n_atoms:,} atoms")
     return molecule, {"frame": args.frame or 0}
 
 

@@ -11,7 +11,8 @@ from sparsurf.errors import InputError
 from sparsurf.surfaces.formats.colours import Scale, check_limits
 from sparsurf.surfaces.formats.meshes import BY_TRIMESH, import_trimesh
 
-READ_OPTIONS = ("file", "files", "trajectory", "at", "table")  # which can name files
+# The options that can name files which are read.
+READ_OPTIONS = ("file", "files", "trajectory", "at", "table")
 
 
 def check(args: argparse.Namespace, formats: tuple[str, ...], companions: Companions | None = None) -> None:

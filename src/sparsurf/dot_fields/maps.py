@@ -19,7 +19,7 @@ DX = ".dx"
 MAPS = (DX, ".mrc", ".map", ".ccp4")
 # Words of the header of CCP4 and MRC, counted from 1, each the first of three
 WORD_OF_START, WORD_OF_INTERVALS, WORD_OF_AXES, WORD_OF_ORIGIN = 5, 8, 17, 50
-FIRST_LENGTH = 11  # of the six of the cell
+FIRST_LENGTH = 11  # The first of the six words that describe the cell.
 ON_BORDER = 1e-6  # steps of the grid by which a dot on its border may seem to lie outside
 END_OF_NUMBERS = re.compile(r"^\s*(attribute|object|component)", re.MULTILINE)
 

@@ -18,7 +18,7 @@ from sparsurf.recovery.interpolated_surface import interpolate_surface
 from sparsurf.surfaces.surface import Surface
 
 SETS_OF_FRESH_DOTS = 10  # sets of fresh dots
-ROTATION_DECIMALS = 12  # of rotation matrices
+ROTATION_DECIMALS = 12  # Rotation matrices are rounded to so many decimals.
 FRESH = "fresh dots"
 
 

@@ -43,10 +43,10 @@ from sparsurf.surfaces.surface import Surface, SurfaceOrigin, largest_area
 
 log = logging.getLogger("sparsurf")
 
-DESCRIPTORS_OF_ERRORS = ("published", "rotation_robust")  # whose Z stands in columns of recovered.csv
+DESCRIPTORS_OF_ERRORS = ("published", "rotation_robust")  # Their Z stand in columns of recovered.csv.
 # Å, above which fewer evenly spread dots than dots that determine atoms have a mean error
 MAX_ERROR_OF_COVER = 0.12
-INDEPENDENT, NOT_KEPT = "independent dots", "dots not kept"  # on which errors are measured
+INDEPENDENT, NOT_KEPT = "independent dots", "dots not kept"  # The dots on which errors are measured.
 
 
 @dataclass(frozen=True, eq=False)

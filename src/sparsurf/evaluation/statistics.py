@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-CONFIDENCE_LEVEL = 0.95  # of every interval
+CONFIDENCE_LEVEL = 0.95  # Every interval has this level.
 MAX_SKEW = 0.75  # of skewness times t / sqrt(n): near 1 the cube root is so steep that intervals are unstable
 FOLDS = (3, 5)  # of draws and of test dots; winners are chosen on all folds but one and measured on that one
 

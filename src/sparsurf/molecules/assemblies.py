@@ -17,7 +17,8 @@ from sparsurf.molecules.atom_table import AtomTable
 log = logging.getLogger("sparsurf")
 
 CATEGORIES = ("_pdbx_struct_assembly.", "_pdbx_struct_assembly_gen.", "_pdbx_struct_oper_list.")
-COLUMNS_OF_OPERATOR = (slice(23, 33), slice(33, 43), slice(43, 53), slice(53, 68))  # of a line of REMARK 350
+# The columns of a line of REMARK 350.
+COLUMNS_OF_OPERATOR = (slice(23, 33), slice(33, 43), slice(43, 53), slice(53, 68))
 # Of the product of a rotation with its transpose; files state three to ten decimals
 ROUNDING_OF_ROTATION = 0.01
 

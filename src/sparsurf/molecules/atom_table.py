@@ -39,7 +39,8 @@ ATOM_COLUMNS: dict[str, Any] = {
 OF_RESIDUE = ("model", "chain", "segid", "residue", "molecule", "unit")
 MIN_BOX_VOLUME = 1e-6  # share of the volume of the same box at right angles; a flat box is impossible
 BARE_HYDROGENS = ("H", "D")  # names that several hydrogens of a residue may have
-MAX_RUNS = 100  # of lines with one label, some of them with the same names, that are joined by bonds
+# At most so many runs of lines with one label, some with the same names, are joined by bonds.
+MAX_RUNS = 100
 
 
 class AtomTable:

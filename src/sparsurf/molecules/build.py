@@ -57,7 +57,8 @@ IDENTITY = ("name", "residue_name", "chain", "residue")  # arrays that identify 
 # columns that are the same in most models
 OF_ATOMS = (*IDENTITY, "residue_index", "element", "hetero", "segid")
 MIN_RESIDUES_TO_JUDGE = 3  # a fragment with fewer residues is accepted as it is
-MIN_RESIDUES_OF_MODEL = 10  # of glycine alone, as designed backbones are before they get a sequence
+# So many residues of glycine alone are a model: designed backbones before they get a sequence.
+MIN_RESIDUES_OF_MODEL = 10
 BACKBONE_NAMES = ("N", "CA", "C", "O", "OXT", "CB", "P", "OP1", "OP2", "O5'", "C5'", "C4'", "C3'", "O3'")
 UNKNOWN_AMINO_ACID = "UNK"
 SAME_SHAPE = 0.05  # Å, deviation of models that are copies of one; coordinates have three decimals
@@ -300,8 +301,8 @@ def molecule_of_models(
     xyz = np.concatenate([frame.xyz for frame in frames])
     # crystals pass unchanged: no bond there is cut
     cells = [file.box_of(int(tables[number].model[0])) for number in numbers.tolist() if whole]
-    known = [cell for cell in cells if cell is not None]
-    box = np.stack(known) if len(known) == len(numbers) else None
+    boxes = [cell for cell in cells if cell is not None]
+    box = np.stack(boxes) if len(boxes) == len(numbers) else None
     return _with_frames(frames[0], TrajectoryFrames(xyz, np.full(len(xyz), np.nan), numbers, box), join=False)
 
 

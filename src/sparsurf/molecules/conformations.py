@@ -25,12 +25,12 @@ if TYPE_CHECKING:
 log = logging.getLogger("sparsurf")
 
 CLUSTERS = range(2, 12)  # numbers of clusters that are tried, as in the paper
-RESTARTS = 20  # of k-means; the best by inertia is kept
+RESTARTS = 20  # K-means starts so often, and the best result by inertia is kept.
 # Å; projections closer than this are the same conformation (coordinates are stored to 0.001 to 0.01 Å)
 MIN_DISTANCE_OF_CONFORMATIONS = 1e-3
 MIN_ATOMS_TO_SUPERPOSE = 3
-BACKBONE = ("N", "CA", "C", "O")  # that superposes frames and forms whose C-alphas lie on a line
-ROWS_AT_ONCE = 1024  # of the distance matrix
+BACKBONE = ("N", "CA", "C", "O")  # These superpose frames and forms whose C-alphas lie on a line.
+ROWS_AT_ONCE = 1024  # So many rows of the distance matrix are held at once.
 
 
 @dataclass(frozen=True)

@@ -41,15 +41,16 @@ WRONG_N_ATOMS = re.compile(r"xyz must be shape .* You supplied +\(\d+, (\d+), 3\
 MAX_REASON = 120  # characters
 NM_PER_ANGSTROM = 0.1
 MIN_CELL_ANGLE = 30.0  # degrees; the angles of all cells of simulations are larger
-SCALED_VARIABLES = ("coordinates", "cell_lengths", "cell_angles", "time")  # of NetCDF files
-NO_COORDINATES = "it has no variable called coordinates"  # of a NetCDF file
+# The variables of NetCDF files that may be scaled.
+SCALED_VARIABLES = ("coordinates", "cell_lengths", "cell_angles", "time")
+NO_COORDINATES = "it has no variable called coordinates"  # What is said of such a NetCDF file.
 DIFFERENT_ATOMS = "might not contain the same atoms"  # mdtraj's error for files of one frame
 
 # Name of the atom and its residue, chain identifier, segment, number of the residue, element, index of residue and chain
 AtomRow = tuple[str, str, str, str, int, str, int, int]
 PartOfTrajectory = tuple[np.ndarray, np.ndarray, np.ndarray]  # xyz, time, box
 
-BYTES_OF_A_PART = 2**22  # of the positions in one part of a trajectory
+BYTES_OF_A_PART = 2**22  # The positions in one part of a trajectory take so much memory.
 
 _one_request_at_a_time = threading.Lock()
 

@@ -43,7 +43,7 @@ log = logging.getLogger("sparsurf")
 
 ATOM_RECORDS = ("ATOM  ", "HETATM")
 ENDS = ("TER   ", "MODEL ", "ENDMDL", "END   ")
-LINE_WIDTH, MIN_WIDTH = 80, 54  # of the line of an atom
+LINE_WIDTH, MIN_WIDTH = 80, 54  # The widths of a whole line of an atom, and of the shortest.
 HEADER_RECORDS = frozenset(
     ["HEADER", "TITLE ", "COMPND", "SOURCE", "KEYWDS", "EXPDTA", "AUTHOR", "REVDAT", "JRNL  ", "REMARK"]
 )
@@ -53,7 +53,7 @@ FOUR_LETTER_NAMES = frozenset(name for name in VARIANTS.keys() | WATERS | LONG_N
 AUTODOCK = {"OA": "O", "OS": "O", "NA": "N", "NS": "N", "SA": "S", "HD": "H", "HS": "H"}
 # First of the three letters that stand for a residue name of five, which HETNAM gives (as gemmi writes it)
 LONG_NAME = "~"
-LONGEST_NAME = 8  # of a residue name in HETNAM
+LONGEST_NAME = 8  # A residue name in HETNAM has at most so many letters.
 PDB_NUMBER = re.compile(r" *[-+]?(\d+\.?\d*|\.\d+) *")
 NOT_OF_A_NUMBER = re.compile(r"[^-+.\d ]")
 DECIMAL = re.compile(r"(-?\d+)?")
@@ -61,11 +61,11 @@ DECIMAL = re.compile(r"(-?\d+)?")
 IN_WORDS = re.compile(r"(ATOM|HETATM)\s+\d+(\s+\S+){2,4}(\s+[-+]?\d+\.\d+){3,}")
 # Hexadecimal as VMD writes numbers beyond 9999: 2710 follows 9999
 HEXADECIMAL = re.compile(r"[0-9a-f]{4}|[0-9A-F]{4}")
-MIN_B_FACTOR, MAX_B_FACTOR = -99.99, 999.99  # that fit into six characters
+MIN_B_FACTOR, MAX_B_FACTOR = -99.99, 999.99  # The B factors that fit into six characters.
 # A serial number beyond 99999, which begins one column earlier or moves what is behind it
 LONG_SERIAL = re.compile(r"(?m)^(ATOM  ?|HETATM)\d{6,}(?=.{23}\.\d{3}.{4}\.\d{3}.{4}\.\d{3})")
-NUMBER_TOO_LARGE = "****"  # of a residue, as Fortran writes one that its columns do not hold
-MAX_JUMP = 1000  # of the numbers, where hexadecimal ones begin
+NUMBER_TOO_LARGE = "****"  # Fortran writes a number of a residue so that its columns do not hold.
+MAX_JUMP = 1000  # Numbers rise by no more where hexadecimal ones begin.
 # Hybrid-36: A000 follows 9999, a000 follows ZZZZ.
 HYBRID_36 = re.compile(r"[A-Z][0-9A-Z]{3}|[a-z][0-9a-z]{3}")
 FIRST_UPPER, FIRST_LOWER, N_PER_CASE = int("A000", 36), int("a000", 36), 26 * 36**3

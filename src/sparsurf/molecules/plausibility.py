@@ -31,14 +31,14 @@ log = logging.getLogger("sparsurf")
 
 MAX_ATOM_COORDINATE = 1e5  # Å; a larger one is a damaged number
 MIN_NEIGHBOUR_DISTANCE = 0.5  # Å; half of the shortest bond, and more than any bond in nm
-SAMPLED_ATOMS = 100  # whose neighbours are examined
+SAMPLED_ATOMS = 100  # The neighbours of so many atoms are examined.
 MIN_ATOMS_TO_JUDGE = 10  # fewer may be half-occupied atoms
 # Å, diagonal of the box around a residue of HEAVY_ATOMS; at most 13.7 in 230 structures and trajectories
 MAX_RESIDUE_WIDTH = 20.0
 MAX_MOLECULE_GAP = 500.0  # Å, between the parts of a molecule
 MAX_PLAUSIBLE_BOND = 2.0  # Å, between heavy atoms of one residue (C-Br 1.95)
 BROKEN_BOND = 3.0  # Å; bonds of simulations stay below 2.0
-MAX_ATOMS_BETWEEN_BONDED = 40  # in the order of a residue's atoms
+MAX_ATOMS_BETWEEN_BONDED = 40  # Bonded atoms are at most so far apart in the order of a residue's atoms.
 # Share of atoms, or of peptide bonds, with a bonded neighbour; at least 0.98 in the same structures
 MIN_BONDED_SHARE = 0.7
 FRAMES_AT_ONCE, DISTANCES_AT_ONCE = 64, 16_000
@@ -54,8 +54,9 @@ CLASH = 1.2  # Å; atoms of two residues are never that close, bonded or not
 SAME_ATOM_PLACE = 0.5  # Å; two atoms are never that close
 LOST_ATOM = 3.0  # Å, from the nearest atom of its residue
 CUBE = 1.6  # Å, of a grid in which overlapping atoms are found
-SHARE_TO_REPORT = 0.1  # of atoms; below it, an irregularity is an odd detail of the structure
-ELEMENT_OF_LETTER = dict(zip("HCNOSDhcnosd", "HCNOSHHCNOSH", strict=True))  # by the first letter of a name
+SHARE_TO_REPORT = 0.1  # An irregularity of a smaller share of the atoms is an odd detail of the structure.
+# The element of an atom by the first letter of its name.
+ELEMENT_OF_LETTER = dict(zip("HCNOSDhcnosd", "HCNOSHHCNOSH", strict=True))
 
 
 class AtomCheck(NamedTuple):

@@ -19,7 +19,8 @@ from sparsurf.molecules.residues import element_of_symbol
 log = logging.getLogger("sparsurf")
 
 N_NUMBERS = 5  # x, y, z, charge and radius at the end of a line
-N_WORDS = 10  # of a line without a chain; ATOM, serial, name, residue name and number precede the numbers
+# A line without a chain has so many words; ATOM, serial, name, residue name and number come first.
+N_WORDS = 10
 POINTS = (34, 42, 50)  # columns of the decimal points of x, y and z in a PDB file
 TOUCHING_NUMBERS = re.compile(r"\d\.\d+-\d|(\.\d+){2}")
 MAX_CHARGE = 10  # e; no atom has more

@@ -77,10 +77,8 @@ def read_molecule(
         structure. Without it, the models of the structure are the frames.
     selection : str, optional
         Atoms as an expression of mdtraj, or 'all' for every atom. By default the protein is read.
-    chains : str or list of str, optional
-        Identifiers of the chains to read, such as 'A,B' (default all).
-    residues : str or list of str, optional
-        Ranges of residues to read, such as 'A:10-52A,60', both ends included (default all).
+    chains, residues : str or list of str, optional
+        Identifiers of chains, such as 'A,B', and ranges of residues, such as 'A:10-52A,60', both ends included (default all).
     model : int, optional
         Number of the one model to read (default all models).
     altloc : str

@@ -116,7 +116,7 @@ LINKAGES = {"protein": PEPTIDE, "nucleic": PHOSPHODIESTER}
 COVALENT = (1.1, 1.75)  # Å, bonds of C, N, O and P; metals are farther away
 MAX_RESIDUE_BOND = 2.2  # Å, between atoms of one residue (Se-C 1.95)
 MAX_CAP = 300  # heavy atoms of a residue that may end a chain
-MAX_PAIRS_OF_ENDS = 1_000_000  # of ends of chains that are compared one by one
+MAX_PAIRS_OF_ENDS = 1_000_000  # At most so many pairs of ends of chains are compared one by one.
 
 
 def standard_name(residue_name: str) -> str:

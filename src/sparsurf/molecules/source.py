@@ -34,7 +34,7 @@ from sparsurf.molecules.formats import (
     suffix,
 )
 
-HEAD_BYTES = 2**14  # from the start of a file, enough for the title and the first atom of every text format
+HEAD_BYTES = 2**14  # The start of a file, which holds the title and the first atom in every text format.
 # Records with which a PDB file begins
 PDB_RECORDS = frozenset(
     ["ATOM", "HETATM", "HEADER", "OBSLTE", "TITLE", "SPLIT", "CAVEAT", "COMPND", "SOURCE", "KEYWDS", "EXPDTA", "NUMMDL",
@@ -45,7 +45,7 @@ PDB_TITLES = frozenset(["TITLE", "COMPND", "SOURCE", "AUTHOR", "REMARK", "MODEL"
 CHECKPOINT, TNG, TNG_BYTES = (171_817).to_bytes(4, "big"), b"GENERAL INFO", 100
 # Blocks with which a GROMOS96 file begins, behind its title
 BLOCK_OF_GROMOS = re.compile(r"^(POSITION|POSITIONRED|TIMESTEP)[ \t]*$", re.MULTILINE)
-LINES_OF_SPHERES = 10  # that tell them
+LINES_OF_SPHERES = 10  # So many lines tell spheres from other tables.
 WORD_OF_A_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 LINE_OF_A_COUNT = re.compile(r"\s*\d+\s*")
 COUNT_OF_CARD = re.compile(r"\s*\d+(\s+EXT)?\s*", re.IGNORECASE)

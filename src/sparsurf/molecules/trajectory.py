@@ -27,7 +27,7 @@ log = logging.getLogger("sparsurf")
 
 TIME_TOLERANCE = 0.01  # ps, between a frame and a requested time
 BYTES_OF_A_CHUNK = 2**24
-DCD_CELL_BYTES = 48  # of the cell of a DCD frame
+DCD_CELL_BYTES = 48  # The record of the cell of a DCD frame has this length.
 # A frame of TRR begins with a number, the length of a name twice, the name, and the sizes of what follows
 TRR_MAGIC, TRR_HEAD, TRR_SIZES = 1993, struct.Struct(">3i"), struct.Struct(">13i")
 MAX_TRR_VERSION = 100  # bytes of the name
@@ -35,10 +35,10 @@ MAX_TRR_VERSION = 100  # bytes of the name
 # stand the precision of compressed positions, the steps per nm to which they are rounded, and later their size
 XTC_BEGIN, XTC_HEAD, XTC_PRECISION, XTC_SIZE = struct.Struct(">2i"), 56, struct.Struct(">f"), 88
 XTC_SIZES = {1995: struct.Struct(">i"), 2023: struct.Struct(">q")}
-MIN_COMPRESSED_ATOMS = 10  # of XTC; fewer are stored without rounding
+MIN_COMPRESSED_ATOMS = 10  # XTC stores fewer atoms without rounding.
 REFUSED_STEP, ROUNDED = 0.5, 0.02  # Å, steps of positions that are refused, and warned of
 MIN_ATOMS_TO_COMPARE = 10  # fewer may stand still in the precision of a file
-BYTES_IN_MEMORY = 2**25  # of frames; more lie in a temporary file
+BYTES_IN_MEMORY = 2**25  # Frames that need more lie in a temporary file.
 
 # xyz (F, A, 3), Å; time (F,), ps; box (F, 3, 3), Å, or (0, 3, 3)
 LabelledPart = tuple[np.ndarray, np.ndarray, np.ndarray]

@@ -27,7 +27,7 @@ MAX_ATOMS_PER_CONTACT = 200  # atoms of each molecule that are searched for cont
 STILL_LINKED = 3.5
 # Å, by which a repair may lengthen a link; it is 0 but for rounding if the box is right
 MAX_LINK_STRETCH = 0.5
-PAIRS_AT_ONCE = 16_000  # of atoms, whose distances are measured
+PAIRS_AT_ONCE = 16_000  # The distances of so many pairs of atoms are measured at once.
 BOND_ACROSS = 1.65  # Å; atoms of two neighbouring residues are that close only if they are bonded
 IN_ONE_PLACE = 1.0  # Å; atoms of two molecules are never that close
 

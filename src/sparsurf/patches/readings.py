@@ -56,7 +56,7 @@ def linked_by_spacing(
 AMONG_KEPT = Reading(among_kept=True)
 SCALED = Reading(build_index=linked_by_spacing)
 ON_FULL = Reading()
-KEPT_READING = "kept"  # of the authors' code, and of Table I
+KEPT_READING = "kept"  # The reading of the authors' code, and of Table I.
 SCALED_READING = "kept_scaled"
 FULL_READING = "full"
 # These decide which dots of one surface form a patch, so that one pass computes them together

@@ -24,7 +24,8 @@ from sparsurf.surfaces.surface import Surface
 
 log = logging.getLogger("sparsurf")
 
-MIN_SHARE = 0.5  # of the dots on spheres of inferred atoms, where the spheres are asked for
+# Where spheres are asked for, this share of the dots must lie on spheres of inferred atoms.
+MIN_SHARE = 0.5
 # Dots per Å^2 of the surface from which the errors of spheres are measured, which are smaller than those of the interpolant
 DENSITY_FOR_SPHERES = 40.0
 # The same where the distance of each dot from the true surface is exact: six times as many change the errors by 2 %

@@ -35,7 +35,7 @@ from sparsurf.surfaces.exact_distance import exact_distance
 from sparsurf.surfaces.molecular_surface import RolledFrame, roll_spheres, rolled_atoms
 from sparsurf.surfaces.surface import CONTACT, SADDLE, Surface, SurfaceOrigin
 
-DECIMALS = 4  # of positions and normals in a file
+DECIMALS = 4  # Positions and normals have so many decimals in a file.
 # If a share of the exposed atoms, those that touch least area, is given up, the mean error grows with the power of 2.2 of this
 # share and is 0.02 Å at a fifth of them; 99 % of the surface lies within 20 times as much (three structures).
 GIVEN_UP, MEAN_ERROR, TAIL, POWER = 0.2, 0.02, 20.0, 1 / 2.2

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 log = logging.getLogger("sparsurf")
 
 DENSITY_RESERVE = 1.02  # an automatic density exceeds what d_link needs by this factor
-JUST_BELOW = 0.999  # of a limit: beyond rounding
+JUST_BELOW = 0.999  # It brings a number below a limit, beyond rounding.
 # Dots per Å^2 on which a link of 0.5 Å is 1.3 median spacings: 5.35 to 5.74 on 106 proteins without hydrogens, 4.65 to 4.91 on
 # six of which half of the atoms are hydrogens. On smaller molecules the dots of `DENSITY` are measured first.
 HEAVY_DENSITY, FEWER_WITH_HYDROGENS, AUTO_LINK = 5.8, 1.2, 0.5

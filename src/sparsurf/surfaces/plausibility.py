@@ -33,7 +33,8 @@ DENSE_ANGLE, MEDIUM_ANGLE = 0.34, 0.5
 MIN_CURVATURE_RADIUS, MAX_CURVATURE_RADIUS = 0.4, 10.0
 # The same of surfaces with convex and concave parts: at most 2.7 Å with probes up to 3 Å and densities from 0.5 per Å^2 on
 MOLECULAR_RADII = (1.2, 3.0)
-SHARE_OF_CONVEX = (0.3, 0.8)  # of neighbours on such surfaces; .43 to .68 on molecules
+# The share of convex neighbours on such surfaces; it is .43 to .68 on molecules.
+SHARE_OF_CONVEX = (0.3, 0.8)
 # Mean |cosine| between a normal and the directions to the neighbouring dots: .13 on dense surfaces, .33 on a subset of
 # 5 %; .42 and more where columns are exchanged, axes mirrored, or positions inexact.
 MAX_COSINE_OF_TANGENTS = 0.38
@@ -97,7 +98,7 @@ class DotCheck(NamedTuple):
     last: bool = False  # what follows would say it again
 
 
-DOT_CHECKS = (  # in the order in which they count
+DOT_CHECKS = (  # The checks stand in the order in which they count.
     DotCheck(
         lambda s: s.gap > MAX_MOLECULE_GAP,
         "{dot} lies {s.gap:.0f} Å from all other dots: remove or repair it",

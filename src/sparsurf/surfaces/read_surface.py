@@ -14,7 +14,7 @@ from sparsurf.suggestions import public
 from sparsurf.surfaces.formats import csv
 from sparsurf.surfaces.surface import Surface, SurfaceFormat
 
-BYTES_TO_RECOGNISE = 100_000  # from the start of a file
+BYTES_TO_RECOGNISE = 100_000  # A format is recognised by so much of the start of a file.
 
 
 @public()

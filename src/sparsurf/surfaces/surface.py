@@ -47,7 +47,7 @@ MAX_DISTANCE_OF_ATOM = 6.0
 DENSITY = 5.35
 # Normals with three decimals deviate from unit length by at most sqrt(3) * 0.0005; the rest is a reserve.
 ROUNDING_OF_NORMALS = 2e-3
-SUSPICIOUS_NORMAL_DEVIATION = 0.05  # from unit length; such columns may be something else
+SUSPICIOUS_NORMAL_DEVIATION = 0.05  # Normals that deviate so much from unit length may be other columns.
 MIN_NORMAL_LENGTH = 1e-6
 ARRAY_TYPES = {"points": float, "normals": float, "area": float, "kind": np.int8, "atom": np.int32}
 ARRAY_NAMES = tuple(ARRAY_TYPES)
@@ -64,7 +64,8 @@ MAX_DOT_COORDINATE = 2e6  # Å; atoms lie within half of it, damaged numbers do 
 MAX_ATOM = np.iinfo(np.int32).max
 MAX_AREA = 1.3e5  # Å^2 of one dot: the whole of the largest sphere (100 Å)
 MAX_AREA_PER_MEDIAN = 1000  # areas on one surface differ by a factor of 10
-LABELS = ("chain", "residue", "residue_name", "name")  # of atoms; the dots of a molecule are known by them
+# The labels of atoms by which the dots of a molecule are recognised.
+LABELS = ("chain", "residue", "residue_name", "name")
 MAX_ATOM_SHIFT = 0.01  # Å, between positions of the same atom; files hold three decimals
 MIN_SHARE_OF_ATOMS = 0.5  # share of the dots' atoms that another molecule must contain
 

@@ -35,7 +35,7 @@ MM = 1 / 25.4  # inch
 LETTER_WIDTH = 1.36  # mm, mean width of a letter
 BOLD_LETTER_WIDTH = 1.72  # mm, of a letter of the head
 HEAD_LINE = 3.6  # mm, from line to line of the head
-DPI = 300  # of a png, as journals ask, and of the pictures inside an svg
+DPI = 300  # The resolution of a png, as journals ask, and of the pictures inside an svg.
 PACKED: dict[str, Any] = {"compress_level": 4, "compress_type": 0}  # png: smaller and faster
 # Okabe and Ito, Color Universal Design (2008), without black; then four of P. Tol's
 PALETTE = ["#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00", "#F0E442"]
@@ -45,7 +45,7 @@ DARK, PALE = PALETTE[0], "#B9D3E6"  # blue, and the same lighter
 RECONSTRUCTED_COLOUR = "#08306B"  # dark blue, a surface that was reconstructed
 GREY = "#4D4D4D"
 SPARE = ["#332288", "#888888", "#F0E442"]  # colours of other samplers
-HALO = [patheffects.withStroke(linewidth=2, foreground="white")]  # of words that a line may cross
+HALO = [patheffects.withStroke(linewidth=2, foreground="white")]  # The edge of words that a line may cross.
 STYLE: dict[str, Any] = {
     "figure.dpi": DPI,
     "savefig.dpi": DPI,

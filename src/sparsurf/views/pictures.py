@@ -11,7 +11,7 @@ from matplotlib import colors
 
 from sparsurf.dot_fields.registry import label_with_unit
 from sparsurf.evaluation.ranking import MIN_AREA
-from sparsurf.surfaces.formats.colours import KIND_COLOURS, Scale
+from sparsurf.surfaces.formats.colours import KIND_COLOURS, KIND_NAMES, Scale
 from sparsurf.views import layout, render
 from sparsurf.views.layout import styled
 from sparsurf.views.overview.profile import chains, labels_of, limits, places_of_labels, roughest, stretches
@@ -25,10 +25,9 @@ if TYPE_CHECKING:
     from sparsurf.views.layout import Sheet
 
 PICTURE = 82.0, 62.0  # mm, of a surface
-KIND_NAMES = ("contact", "saddle", "concave")
 ROUGH = "#5b2a86"  # residues that are marked as the roughest, as on the page
 CHAIN_HEIGHT, TICK_ROOM = 38.0, 9.0  # mm, of the profile of a chain, and from one number below it to the next
-MAX_CHAINS = 12  # in one picture
+MAX_CHAINS = 12  # One picture shows at most so many chains.
 RESIDUE_LABEL_WIDTH = 2.6  # mm, of the name of a residue, which stands upright
 PROFILE_MARGIN = 16.0  # mm, beside a profile
 
@@ -53,7 +52,7 @@ def kinds_picture(surface: Surface, name: str) -> Figure:
     from matplotlib.patches import Patch
 
     figure = _of_surface(surface, KIND_COLOURS[surface.kind] / 255, name)
-    present = [kind for kind in range(len(KIND_NAMES)) if (surface.kind == kind).any()]
+    present = np.unique(surface.kind[surface.kind >= 0])
     handles = [Patch(color=KIND_COLOURS[kind] / 255, label=KIND_NAMES[kind]) for kind in present]
     if handles:
         layout.legend(figure, 88, 4, handles)

@@ -19,7 +19,7 @@ from sparsurf_study.analysis import grid
 from sparsurf_study.analysis.tables import grid_table
 from sparsurf_study.settings import StudySettings
 
-RESIDUE_PREFIX = "residue_"  # of the columns of residues
+RESIDUE_PREFIX = "residue_"  # The columns of residues begin with it.
 DRAWS_PER_FRAME = 1  # samplings and random subsets of each frame
 FRAMES_PER_REPORT = 20
 

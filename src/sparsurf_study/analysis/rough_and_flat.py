@@ -16,10 +16,11 @@ from sparsurf.sampling import published
 from sparsurf_study.analysis.tables import bin_index, range_limits
 
 MAX_TEST_DOTS = 8_000
-TEST_DOTS_PER_TEST_DOT = 10  # for each of the grid: a study of fewer is a quick one
-DRAWS_OF_WINNER = 6  # of the combination
-N_BINS = 10  # of equal width, as in Fig. 4
-MIN_TEST_DOTS = 10  # in a bin that is evaluated
+# There are so many for each test dot of the grid, of which a quick study has few.
+TEST_DOTS_PER_TEST_DOT = 10
+DRAWS_OF_WINNER = 6  # The combination is drawn so often.
+N_BINS = 10  # The bins have equal width, as in Fig. 4.
+MIN_TEST_DOTS = 10  # A bin with fewer is not evaluated.
 AROUND = {"kept dots": True, "any dots": False}  # centres of the patches; kept dots as in the paper
 
 

@@ -11,8 +11,9 @@ MAX_STUDIED = 10  # structures without a grid; a study of more is analysed in ba
 # Share of the dots, where structures are analysed in batches and `minimal` requests nothing: an error,
 # which a study requests by default, would be measured on every structure
 BATCH_PERCENT = 10
-OTHER_SOURCES = {"surface", "trajectory", "simulate", "url", "pdb"}  # of a protein that is no structure alone
-BATCH_BYTES = 8_000_000  # of uncompressed PDB files, a minute or two of CPU time
+# A protein with one of these is no structure alone.
+OTHER_SOURCES = {"surface", "trajectory", "simulate", "url", "pdb"}
+BATCH_BYTES = 8_000_000  # A batch has so much of uncompressed PDB files, a minute or two of CPU time.
 GZIP_FACTOR = 4  # a PDB file is about this much larger than its .gz
 CIF_FACTOR = 0.7  # a PDB file is about this much of an mmCIF file with the same atoms
 

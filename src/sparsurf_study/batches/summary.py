@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pandas as pd
 
-MAD_TO_SD = 1.4826  # of a normal distribution
+MAD_TO_SD = 1.4826  # The ratio of a normal distribution.
 # Numbers by which surfaces are compared with the others of the run, and how they are called
 BATCH_MEASURES = {
     "atoms": "atoms",

@@ -12,8 +12,9 @@ from sparsurf.errors import InputError
 from sparsurf.files import import_pyarrow
 from sparsurf_study import columns
 
-PARQUET_TYPES = {"int": "int32", "float": "float32", "text": "string"}  # of the columns in catalogue.yaml
-DOUBLE = "float64"  # of the floats of surfaces, which are few
+# By the types of columns in catalogue.yaml.
+PARQUET_TYPES = {"int": "int32", "float": "float32", "text": "string"}
+DOUBLE = "float64"  # The floats of the table of surfaces, which are few, keep this type.
 STORED_STEPS_PER_ANGSTROM = 32  # steps of the places of dots
 DEGREES = 2  # steps of the angles of normals
 # Numbers are rounded to fractions that a float32 holds exactly, whose last bytes are zeros and take no space

@@ -26,13 +26,14 @@ from sparsurf_study.config.yaml_file import read_config, run_of_config
 
 __all__ = ["Config", "Protein", "check_config", "proteins", "read_config"]
 
-RESERVED_NAMES = ("logs", "pairs", "changes", manifest.NAME.lower())  # of results/<run>/, beside the proteins
+# These names are taken in results/<run>/, beside the proteins.
+RESERVED_NAMES = ("logs", "pairs", "changes", manifest.NAME.lower())
 RESERVED_SUFFIXES = (".csv", ".md", ".png", ".svg", ".html", ".json", ".zip")
 PUBLISHED_READINGS = ("kept", "full")
 PUBLISHED_RANGES = 10  # rows of the paper's Table I
 STRUCTURES_VARIABLE = "SPARSURF_STRUCTURES"  # environment variable: a folder of structures named like PDB ids
 CONFORMATION_OR_ALL = re.compile(r"[cf]\d+|\*")  # one conformation, or all of them
-WILDCARD = re.compile(r"[{}]|<[a-z][a-z0-9_]*>")  # in a path, as Snakemake reads it
+WILDCARD = re.compile(r"[{}]|<[a-z][a-z0-9_]*>")  # Snakemake reads such a part of a path as a wildcard.
 MAX_SENTENCES = 20
 
 

@@ -18,7 +18,7 @@ from sparsurf.files import shorten
 PDB_URL = "https://files.rcsb.org/download/{}.cif.gz"
 MOST = 200 * 2**20  # bytes; the largest entries of the PDB have 100 MB
 TIMEOUT = 30  # s without a byte
-MAX_SECONDS = 600  # in all
+MAX_SECONDS = 600  # A whole download may take so long.
 MAX_NAME_LENGTH = 120  # characters of a file's name; file systems take 255 bytes, and jobs add to it
 ONLY = "only complete https:// URLs without a password are fetched, or http:// if a sha256 is given"
 

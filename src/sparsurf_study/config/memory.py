@@ -6,8 +6,10 @@ from collections.abc import Iterator
 
 from sparsurf.settings import Evaluation
 
-BYTES_PER_DISTANCE = 8  # at a test dot: to the sampling and to a random subset, in single precision
-COPIES_DURING_MEAN = 4  # of the distances of one reading, while the interval of a mean is computed
+# A test dot has one to the sampling and one to a random subset, in single precision.
+BYTES_PER_DISTANCE = 8
+# So many copies of one reading's distances exist while the interval of a mean is computed.
+COPIES_DURING_MEAN = 4
 DOTS_PER_TEST_DOT = 200  # where the config asks for as many test dots as published
 THOUSAND_DOTS = 20  # dots of a surface like the paper's, in thousands
 

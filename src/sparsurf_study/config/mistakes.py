@@ -35,7 +35,8 @@ ALLOWED = WRONG_TYPES | {
     "too_short": "a list of {min_length} or more values",
     "too_long": "a list of {max_length} or fewer values",
 }
-KIND = re.compile(r"\[|^(bool|str)$")  # in a location of pydantic: not a key, but a kind of value
+# Such a part of a location of pydantic is a kind of value and no key.
+KIND = re.compile(r"\[|^(bool|str)$")
 NAME_RULE = "cannot name a folder; use at most 100 letters, digits, '_', '-' and '.', and begin with a letter or a digit."
 REMOVED_KEYS = {  # and what to write in their place
     (

@@ -9,7 +9,7 @@ import yaml
 from sparsurf.errors import InputError
 
 MERGE = "tag:yaml.org,2002:merge"
-MAX_VALUES, MAX_CONFIG_BYTES = 40_000, 2**21  # of a config, read in about 2 s
+MAX_VALUES, MAX_CONFIG_BYTES = 40_000, 2**21  # A config of this size is read in about 2 s.
 OTHER_BASE = re.compile(r"[+-]?(\d[\d_]*(:\d[\d_]*)+(\.\d*)?|0[0-7_]+)")  # 1:30 is 90 in YAML, 010 is 8
 
 DEFAULT_RUN = "default"

@@ -40,7 +40,7 @@ N_FRESH_DRAWS = 5  # sets of fresh dots of each form
 RMS_DISPLACEMENT = 0.3  # Å, of the atoms: a fair crystal structure
 N_MOVED_DRAWS = 3  # sets of displaced atoms of each form
 SHARE_ABOVE_FLOOR = 0.05  # share of a form's residues that exceed a floor by chance
-MIN_COMMON_RESIDUES = 3  # that two forms must share
+MIN_COMMON_RESIDUES = 3  # Two forms must share so many residues.
 
 
 class Form(NamedTuple):

@@ -11,8 +11,8 @@ import pandas as pd
 from sparsurf.evaluation.statistics import mean_interval
 
 BLOCK_LENGTH = 10.0  # Å, between the centres of blocks of residues that are resampled together
-N_DRAWS = 500  # of the bootstrap
-# Of scores, which are of order 1: between two equal partners, all distances are 0 except for rounding errors
+N_DRAWS = 500  # The bootstrap draws so many samples.
+# Scores are of order 1, and rounded since between two equal partners all distances are 0 except for rounding errors
 SCORE_DECIMALS = 9
 
 MAIN_SCORE, BASELINE = "propensity_smoothed", "protrusion"  # what a study reports
@@ -21,7 +21,7 @@ MAIN_SCORE, BASELINE = "propensity_smoothed", "protrusion"  # what a study repor
 def auc(score: np.ndarray, positive: np.ndarray, weight: np.ndarray | None = None) -> Any:
     """Compute the area under the ROC curve: the probability that a dot of the interface scores higher than another dot.
 
-    B rows of `weight`, (B, n), give B areas. Ties (to DECIMALS) count half; NaN if one of the two classes is empty.
+    B rows of `weight`, (B, n), give B areas. Ties (to SCORE_DECIMALS) count half; NaN if one of the two classes is empty.
     """
     weight = np.ones(len(score)) if weight is None else np.asarray(weight, np.float64)
     # Ties by rounding errors would be broken in another way on another processor

@@ -32,9 +32,9 @@ VOLUME = {
     "SER": 89.0, "THR": 116.1, "TRP": 227.8, "TYR": 193.6, "VAL": 140.0,
 }  # fmt: skip
 RINGS = {"PHE": 1.0, "TYR": 1.0, "TRP": 1.0, "HIS": 0.6}  # aromatic residues; histidine's ring is polar
-CHARGES = {"LYS": 1.0, "ARG": 1.0, "ASP": -1.0, "GLU": -1.0}  # of side chains at pH 7
+CHARGES = {"LYS": 1.0, "ARG": 1.0, "ASP": -1.0, "GLU": -1.0}  # The charges of side chains at pH 7.
 MOMENT_CHANNELS = ("shape", *MOMENT_FIELDS)
-PERCENT_OF_DOTS = 10  # of the dots are described
+PERCENT_OF_DOTS = 10  # So many of the dots are described.
 PATCH_RADIUS = 10.0  # Å, of the patches
 ORDER = 10  # highest order n of the moments; finer detail differs between two forms of a protein
 MIN_DOTS_IN_PATCH = 12  # patches with fewer dots are not described

@@ -21,7 +21,7 @@ from sparsurf_study.analysis.tables import range_index, range_limits
 from sparsurf_study.paper.verdict import MEASURES, MIN_P, MIN_RUNS
 
 RUNS = 40  # as-published runs of the whole grid
-PUBLISHED_CENTRES = 181  # of the patches that cover A1, as published
+PUBLISHED_CENTRES = 181  # So many patches cover A1, as published.
 SIMULATED_SUMS = 100_000  # sums of squares from which the p of all rows is taken
 
 

@@ -25,8 +25,8 @@ TURNS = 5  # orientations in which the same dots are described
 LINK_DISTANCES = (0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5)  # Å, linking distances of the sweep
 
 GATHERED = ((1, 0, 6, 0), (1, 1, 10, 0))  # combinations that the paper's Fig. 5 shows
-TENTHS = 10  # of all dots, by roughness
-STEPS_BESIDES_RUNS = 12  # of the progress: the other tables take as long as so many runs of the grid
+TENTHS = 10  # All dots are divided into tenths by their roughness.
+STEPS_BESIDES_RUNS = 12  # The other tables take as long as so many runs of the grid, for the progress.
 
 
 def reproduce(prepared: PreparedSurface, settings: Settings, progress: Report) -> dict[str, pd.DataFrame]:

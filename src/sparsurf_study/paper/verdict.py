@@ -7,7 +7,7 @@ import pandas as pd
 from sparsurf.sampling.combination import PARAMETERS
 from sparsurf.settings import SamplingSettings
 
-MIN_RUNS = 40  # with fewer, no rank lies outside of the central 95 %, and nothing is decided
+MIN_RUNS = 40  # With fewer runs, no rank lies outside of the central 95 %, and nothing is decided.
 # The 1,296 combinations among which the paper chose
 GRID = pd.MultiIndex.from_product([getattr(SamplingSettings(), name) for name in PARAMETERS])
 MEASURES = ("d", "Z_tS")

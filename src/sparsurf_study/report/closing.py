@@ -26,14 +26,14 @@ from sparsurf_study.report.provenance import UNKNOWN_ORIGIN, RunOrigin
 from sparsurf_study.rounding import write_rounded
 
 Warnings = list[tuple[str, str, str, str]]
-WARNING_COLUMNS = ["protein", "conformation", "job", "sentence"]  # of warnings.csv
+WARNING_COLUMNS = ["protein", "conformation", "job", "sentence"]  # The columns of warnings.csv.
 CRATE, PROFILE = "ro-crate-metadata.json", "https://w3id.org/ro/crate/1.1"
 CONTEXT = [f"{PROFILE}/context", {"sha256": "https://schema.org/sha256"}]
 LICENCE_OF_PROGRAM = "https://spdx.org/licenses/MIT"
 # RO-Crate 1.1 requires a license, which may be a text; that of the results is not the program's to choose
 NO_LICENCE = "No licence has been chosen yet: whoever publishes these results states theirs here."
-FAILURE_COLUMNS = ["place", "reason"]  # of failures.csv
-CHECK_COLUMNS = ["file", "sentence"]  # of checks.csv
+FAILURE_COLUMNS = ["place", "reason"]  # The columns of failures.csv.
+CHECK_COLUMNS = ["file", "sentence"]  # The columns of checks.csv.
 JOB = "analyse_batch"
 
 

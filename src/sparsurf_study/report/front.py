@@ -47,8 +47,8 @@ __all__ = ["MAX_ROWS", "MAX_SHOWN", "warned", "write_front"]
 
 FRONT_TEMPLATE = "front.html.j2"
 ANSWERS = "answers.txt.j2"
-MAX_PROTEINS = 6  # that the heading names
-PAPER_FOLDER = "data/tdp43/"  # of the paper's protein, whose page begins with the paper's question
+MAX_PROTEINS = 6  # The heading names at most so many proteins.
+PAPER_FOLDER = "data/tdp43/"  # The page of the paper's protein begins with the paper's question.
 
 
 def write_front(

@@ -16,11 +16,11 @@ from sparsurf_study.batches.assignment import BATCH_FOLDERS
 from sparsurf_study.report.front import MAX_SHOWN
 
 FIRST_PAGE = "index.html"
-ROUNDING_OF_SUMS = 1e-6  # of unrounded numbers, relative
+ROUNDING_OF_SUMS = 1e-6  # Sums of unrounded numbers differ by less than this, relative.
 AREA_STEP = 0.01  # Å^2, of the areas in components.csv
 PERCENT_STEP = 1e-3  # %, beyond the rounding of limits of n_S
 MOST_DEVIATIONS = 5.0  # standard deviations of n_S from its closed form
-MIN_DEVIATION = 1.0  # of a standard deviation of n_S, which is rounded
+MIN_DEVIATION = 1.0  # A smaller standard deviation of n_S may be that of its rounding.
 
 
 def broken_invariants(run: Path, files: Iterable[str]) -> list[tuple[str, str]]:

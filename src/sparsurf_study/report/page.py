@@ -22,8 +22,9 @@ from sparsurf_study.report.numbers import combination, interval_of, left_in_isla
 
 TEMPLATES = Path(__file__).with_name("templates")
 OVERVIEW = Path(overview.__file__).parent  # the page on one surface, which draws residues in the same way
-MAX_FIGURE_BYTES = 500_000  # of a figure inside a page
-MAX_PAGE_BYTES = 10_000_000  # of all figures inside a page, so that it can be sent
+MAX_FIGURE_BYTES = 500_000  # A larger figure is not put into a page.
+# All figures inside a page have at most this size together, so that it can be sent.
+MAX_PAGE_BYTES = 10_000_000
 MAX_FIGURE_PIXELS = 1600  # across a figure inside a page
 FILTERS = (number, share, interval, interval_of, combination, left_in_island, p_value)  # filters of templates
 DEFAULT_LENGTHS = {"r_patch": R_PATCH, "r_zernike": R_ZERNIKE, "interface": INTERFACE}  # Å

@@ -36,8 +36,8 @@ from sparsurf.evaluation.prepared_surface import PreparedSurface
 
 PAPER_TEMPLATE = "paper.html.j2"
 YES, NO, TOO_FEW, NOT_TESTED = "yes", "no", "too few runs", "not tested"
-PUBLISHED_BEST = (1, 0, 6, 0)  # at alpha = 1
-ROW_OF_BEST = 5  # of Table I
+PUBLISHED_BEST = (1, 0, 6, 0)  # The published best combination at alpha = 1.
+ROW_OF_BEST = 5  # The row of Table I that holds it.
 # Of Eq. 2, by the values of the parameters that are set to 0 or 1
 LIMIT_CASES: dict[str, dict[str, float]] = {
     "A, p does not depend on R: β = γ = 0": {"beta": 0, "gamma": 0},

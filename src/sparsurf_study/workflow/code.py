@@ -26,7 +26,7 @@ WITHOUT_RESULTS = (
     "sparsurf_study/columns.",
     "sparsurf_study/catalogue.",
 )
-LIBRARIES = ("numpy", "scipy", "mdtraj", "gemmi", "numba")  # that compute
+LIBRARIES = ("numpy", "scipy", "mdtraj", "gemmi", "numba")  # The libraries that compute results.
 
 
 def versions_of_code() -> dict[str, str]:

@@ -14,7 +14,7 @@ from sparsurf_study.workflow.job_logs import failures_since, place_of_log
 
 # Jobs that lead to the conformations of a protein: without one of them there are none
 BEFORE_CONFORMATIONS = ("choose_frames", "fetch_", "prepare_system", "simulate_", "extract_", "judge_")
-MAX_CONTRADICTIONS = 10  # in words; all are in checks.csv
+MAX_CONTRADICTIONS = 10  # So many are told in words; all are in checks.csv.
 
 
 def answers_of_run(run: Path, is_paper: bool = False) -> str:

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 # A full disk, a folder that may not be written
 DISK_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EACCES, errno.EROFS)
 RAISE = "raises_errors"  # attribute of the object `snakemake` that sparsurf_study.debug hands to a script
-SECONDS_BETWEEN_REPORTS = 2.0  # of a long step to the log
+SECONDS_BETWEEN_REPORTS = 2.0  # A long step reports to the log so often.
 
 collect_rarely()  # here: a script imports this module first, and then numba, pandas and others
 

@@ -16,8 +16,9 @@ import psutil
 
 from sparsurf_study.workflow.signals import on_stop
 
-SIGNALLED = threading.Event()  # by SIGTERM, SIGHUP or Ctrl-C
-SECONDS_TO_KILL = 5.0  # after the signal, which a kernel that computes for minutes does not notice
+SIGNALLED = threading.Event()  # It is set by SIGTERM, SIGHUP or Ctrl-C.
+# A job is killed so long after the signal, which a kernel that computes for minutes does not notice.
+SECONDS_TO_KILL = 5.0
 SECONDS_TO_END = 12.0  # of Snakemake, which on Slurm sleeps for up to three minutes before it asks again which jobs have ended
 NOTICE = "\nStopped. Finished results stay; the same command continues where it was."
 

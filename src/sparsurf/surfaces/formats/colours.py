@@ -15,7 +15,7 @@ from sparsurf.errors import InputError, argument
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-# Contact, saddle, concave, unknown
+KIND_NAMES = ("contact", "saddle", "concave", "unknown kind")
 KIND_COLOURS = np.array([[86, 180, 233], [230, 159, 0], [0, 158, 115], [160, 160, 160]], np.uint8)
 VERTEX_GREY = KIND_COLOURS[3]  # where there is no value
 VIRIDIS = np.load(Path(__file__).with_name("viridis.npy"))  # (256, 3) uint8, so that matplotlib is not needed
@@ -27,7 +27,7 @@ AROUND_ZERO = {
     "potential": (5.0, RED_AND_BLUE), "hydropathy": (4.5, ((1, 133, 113), (166, 97, 26))),
     "shape_index": (1.0, RED_AND_BLUE), "hbond": (1.0, RED_AND_BLUE),
 }  # fmt: skip
-N_COLOURS = 255  # of one that is around 0: an odd number, whose middle is white
+N_COLOURS = 255  # A scale around 0 has an odd number of colours, and the one in the middle is white.
 # Bands of the confidence of predictions in the AlphaFold Protein Structure Database, and the values at their ends
 PLDDT_BANDS = [
     ("very low (below 50)", (255, 125, 69)), ("low (50 to 70)", (255, 219, 19)),

@@ -30,8 +30,8 @@ if TYPE_CHECKING:
 
 log = logging.getLogger("sparsurf")
 
-DOT_FORMAT = "%.4f"  # of positions, normals and areas that are written: positions to 0.00005 Å
-FIELD_FORMAT = "%.6g"  # of fields, which may be small
+DOT_FORMAT = "%.4f"  # Positions, normals and areas are written so: positions to 0.00005 Å.
+FIELD_FORMAT = "%.6g"  # Fields, which may be small, are written so.
 MAX_COLUMNS = 1000
 COLUMNS_OF_DOTS = ["x", "y", "z", "nx", "ny", "nz"]
 # Empty lines, Excel's line sep=, and comments before the header.

@@ -38,7 +38,7 @@ PLY_TYPES |= {f"{name}{8 * size}": f"{name[0]}{size}" for name in ("int", "uint"
 PLY_TYPES |= {"float": "f4", "double": "f8", "float32": "f4", "float64": "f8"}
 Element = tuple[str, int, list[tuple[str, ...]]]  # name, number, name and types of each property
 SAID = "sparsurf"  # first word of the comment that says how the surface is reconstructed
-MAX_DIGITS_OF_COUNT = 12  # of vertices in a header; a longer number is damaged
+MAX_DIGITS_OF_COUNT = 12  # A longer number of vertices in a header is damaged.
 
 
 def write_ply(
@@ -149,8 +149,8 @@ def read_ply(content: bytes) -> Surface:
     warn_of_field_names(table)
     fields = {name: column for name, column in table.items() if is_field_name(name)}
     fields |= {"points": points, "normals": normals} | {k: v for k, v in table.items() if k == "area"}
-    said = _reconstruction(header.decode("latin-1"))
-    return surface_of_columns(fields, None, "weight" in table, reconstruction=said)
+    reconstruction = _reconstruction(header.decode("latin-1"))
+    return surface_of_columns(fields, None, "weight" in table, reconstruction=reconstruction)
 
 
 def _binary_columns(body: bytes, byte_order: str, n: int, types: list[str]) -> tuple[list[np.ndarray], bool]:

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 PAGE, DOTS = "page.html.j2", "base.html.j2"
 FOLDERS = Path(__file__).parent, Path(library.__file__).parent
-MAX_PAIRS = 12  # of partners, in the table of contacts
+MAX_PAIRS = 12  # The table of contacts lists at most so many pairs of partners.
 N_OPEN = 8  # chains whose profile is not folded
 
 

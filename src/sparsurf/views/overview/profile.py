@@ -13,13 +13,13 @@ from sparsurf.evaluation.ranking import is_ranked
 from sparsurf.views.numbers import number
 
 N_ROUGHEST = 10
-PROFILE_CSS = "profile.css"  # of a panel on a page, which profile.html.j2 draws
-PROFILE_WIDTH, PROFILE_HEIGHT = 760, 190  # of the drawing of a row of residues
-RESIDUES_PER_ROW = 100  # of a chain, at most
+PROFILE_CSS = "profile.css"  # The style of a panel, which profile.html.j2 draws.
+PROFILE_WIDTH, PROFILE_HEIGHT = 760, 190  # The size of the drawing of a row of residues.
+RESIDUES_PER_ROW = 100  # A row shows at most so many residues of a chain.
 LEFT, RIGHT, TOP, BOTTOM = 52, 12, 12, 26  # margins around its curve
-LABEL_ROOM = 44  # from one number below the axis to the next
+LABEL_ROOM = 44  # Two numbers below the axis are at least so far apart.
 STEPS_OF_LABELS = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
-STEP_OF_LEVELS = 0.1  # of the axis of the roughness
+STEP_OF_LEVELS = 0.1  # The axis of the roughness has a level at each such step.
 STEPS_OF_WIDER_AXES = (0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500)
 MAX_LEVELS = 10
 ROUGHNESS_COLUMN = "mean_roughness"

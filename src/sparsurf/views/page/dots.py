@@ -24,8 +24,9 @@ if TYPE_CHECKING:
 
 MAX_DOTS = 100_000
 COORDINATE_STEP = 0.001  # Å, the precision of a DMS file
-CENTRE_STEPS = 1e7  # of the R_i of a centre, on which p depends
-COVER_COLUMNS = ("ox", "oy", "oz", "centre", "centreR", "size", "pair")  # of `cover_columns`
+CENTRE_STEPS = 1e7  # The R_i of a centre, on which p depends, is stored in so many steps.
+# The columns that `cover_columns` returns.
+COVER_COLUMNS = ("ox", "oy", "oz", "centre", "centreR", "size", "pair")
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ import numpy as np
 from sparsurf.patches.index import nearest_of
 from sparsurf.surfaces.formats.colours import (
     KIND_COLOURS,
+    KIND_NAMES,
     PLDDT_BANDS,
     ROUGHNESS_LIMITS,
     ends_of,
@@ -33,9 +34,8 @@ MAX_LARGE_BYTES = 4_000_000
 MAX_BYTES_IN_REPORT = 1_500_000  # browsers show no page above 1.57 MB in the frame of a report
 MAX_FRAMES = 100
 SCRIPTS_OF_PAGE = ("unpack.js", "sampling.js", "molecule.js", "colours.js", "law.js", "controls.js")
-UNKNOWN_NUMBER = -1  # in place of a number that a residue does not have
-KIND_LABELS = ["contact", "saddle", "concave", "unknown kind"]
-N_COLOUR_STOPS = 16  # of viridis, whose brightness is even, so that it reads in grey too
+UNKNOWN_NUMBER = -1  # It stands in place of a number that a residue does not have.
+N_COLOUR_STOPS = 16  # Viridis is shown with so many; its brightness is even, so that it reads in grey too.
 
 
 @dataclass(frozen=True)
@@ -214,7 +214,7 @@ class PageScene:
 
 def named_kinds() -> list[tuple[str, list[int]]]:
     """Return the name and the colour of each kind of dots, and of dots whose kind is not known."""
-    return [(name, rgb.tolist()) for name, rgb in zip(KIND_LABELS, KIND_COLOURS, strict=True)]
+    return [(name, rgb.tolist()) for name, rgb in zip(KIND_NAMES, KIND_COLOURS, strict=True)]
 
 
 def _described(values: ResidueValues) -> dict[str, Any]:

@@ -14,8 +14,8 @@ from sparsurf.surfaces.mesh import Mesh
 from sparsurf.surfaces.thinning import coarsened
 from sparsurf.views.page.packing import flat_normals
 
-SPARSER = 0.7  # of the density of a mesh, while a page is too large
-LEAST_DENSITY = 0.25  # of a mesh, corners per Å^2
+SPARSER = 0.7  # While a page is too large, its mesh gets this share of its density.
+LEAST_DENSITY = 0.25  # A mesh keeps at least so many corners per Å^2.
 SHAPE_STEP = 0.02  # Å, of positions on a page
 B_STEP = 0.01  # Å^2
 TRACE_ATOMS = ("CA", "P")

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.transforms import Bbox
 
 MAX_NAMED_CONFORMATIONS = 24  # conformations; if there are more, none is named
-MAX_COMPONENTS = 10  # in the panel of explained variance
+MAX_COMPONENTS = 10  # The panel of explained variance shows so many.
 
 
 def figure_of_tables(

@@ -32,11 +32,12 @@ GAIN_REFERENCES = {
 TOPS_THAT_DIFFER = 1.2  # largest end of an axis of Z over the smallest, above which the figure says so
 MIN_PATCHES_OF_BIN = 5  # patches of a bin that is drawn
 POINTS_OF_A_CURVE = 20  # points of a curve between two bins that a name is kept away from
-PLACES_OF_NAMES = {"right": 0.99, "left": 0.01, "center": 0.5}  # of a line, across the axes
+# Where the name of a line stands, across the axes.
+PLACES_OF_NAMES = {"right": 0.99, "left": 0.01, "center": 0.5}
 PANEL = 70.0, 40.0  # mm
 PITCH = 57.0  # mm, from panel to panel
 CURVES = ("the paper's sampling", layout.SAMPLED), ("random subset", layout.RANDOM)
-BAND = "#BBBBBB"  # in the legend
+BAND = "#BBBBBB"  # The colour of a band in the legend.
 
 
 def draw(results: Results) -> Figure:

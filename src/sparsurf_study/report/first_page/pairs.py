@@ -13,7 +13,7 @@ from sparsurf_study.pairs.ranking import BASELINE, MAIN_SCORE, means_over_pairs
 from sparsurf_study.report.first_page.run import MAX_ROWS, MAX_SHOWN, Figure, Run, TableLink
 from sparsurf_study.report.numbers import auc_of, most_of
 
-LISTED_RESIDUES = 10  # that change most
+LISTED_RESIDUES = 10  # The residues that change most are listed.
 CHANCE = 0.5  # AUC of a score that says nothing
 SCORE_NAMES = {MAIN_SCORE: "complementarity", BASELINE: "protrusion"}
 

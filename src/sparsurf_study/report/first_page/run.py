@@ -17,7 +17,7 @@ from sparsurf_study.report.numbers import short_names
 
 NAMES = ["protein", "conformation"]
 MAX_SHOWN = 20  # surfaces, pairs or comparisons that the page shows one by one
-MAX_ROWS = 100  # of a table
+MAX_ROWS = 100  # A table of the page has at most so many rows.
 MAX_CARDS = 3  # surfaces that the cards name one by one
 
 

@@ -15,7 +15,7 @@ from sparsurf.views.numbers import number
 from sparsurf.views.overview.profile import columns_of_means, labels_of, panels, roughest
 from sparsurf_study.report.first_page.run import MAX_CARDS, MAX_ROWS, MAX_SHOWN, Cell, Figure, Run, TableLink
 
-Z_OF_RECOVERED = ("recovered_Z_published", "recovered_Z_rotation_robust")  # of surfaces.csv
+Z_OF_RECOVERED = ("recovered_Z_published", "recovered_Z_rotation_robust")  # Columns of surfaces.csv.
 DEFAULT_MINIMAL = {"error": DEFAULT_ERROR}  # the section `minimal` of a config
 
 
