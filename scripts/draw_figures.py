@@ -13,7 +13,7 @@ from sparsurf.surfaces.surface import Surface
 from sparsurf.views import layout
 from sparsurf_study.analysis.reconstructed import read_reconstructed
 from sparsurf_study.analysis.rough_and_flat import kept_and_any, table_of_bins
-from sparsurf_study.analysis.tables import read_minimal, read_prepared, read_table, surface_of_minimal
+from sparsurf_study.analysis.tables import read_minimal, read_table, surface_of_minimal
 from sparsurf_study.report import pictures
 from sparsurf_study.report.figures import rough_and_flat, subsets
 from sparsurf_study.report.figures.results import Results
@@ -23,7 +23,7 @@ with job(snakemake) as s:
     best = json.loads(Path(s.input.best).read_text(encoding="utf-8"))
     readings = readings_of_columns(best)
     combination = Combination.from_row(best[readings[0]]["unrestricted"])
-    prepared = read_prepared(s.input.surface, s.input.roughness, s.settings, s.streams(), s.threads)
+    prepared = s.prepared(s.streams())
     table = read_minimal(s.input.minimal, prepared.surface)
     minimal, errors = surface_of_minimal(table), read_table(s.input.recovered)
     sampled, uniform = (

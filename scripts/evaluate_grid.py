@@ -4,11 +4,11 @@ from sparsurf_study.workflow.jobs import job, reporter
 from sparsurf.evaluation.prepared_surface import number_of_tests
 from sparsurf.sampling.published import parameter_grid
 from sparsurf_study.analysis.grid import evaluate_grid, write_grid
-from sparsurf_study.analysis.tables import grid_table, read_prepared
+from sparsurf_study.analysis.tables import grid_table
 
 with job(snakemake) as s:
     sampling, evaluation = s.settings.sampling, s.settings.evaluation
-    prepared = read_prepared(s.input.surface, s.input.roughness, s.settings, s.streams(), s.threads)
+    prepared = s.prepared(s.streams())
     result = evaluate_grid(
         prepared,
         parameter_grid(sampling.alpha, sampling.beta, sampling.gamma, sampling.delta),

@@ -5,13 +5,11 @@ from sparsurf.evaluation.floors import floors_table, fresh_dots
 from sparsurf.evaluation.prepared_surface import number_of_tests
 from sparsurf.surfaces.molecular_surface import surface_generator
 from sparsurf.surfaces.radii import radii
-from sparsurf_study.analysis.tables import read_prepared
 from sparsurf_study.structures import read_study_structure
 
 with job(snakemake) as s:
     rules, d_link = s.settings.surface, s.settings.patches.d_link
-    streams = s.streams(shared=True)
-    prepared = read_prepared(s.input.surface, s.input.roughness, s.settings, streams, s.threads)
+    prepared = s.prepared(s.streams(shared=True))
     generate_surface = atoms = None
     if s.input.conformation:
         molecule = read_study_structure(s.input.conformation)

@@ -7,7 +7,7 @@ from typing import Any
 from sparsurf_study.workflow.jobs import job, reporter
 from sparsurf.evaluation.prepared_surface import number_of_tests
 from sparsurf.views import layout
-from sparsurf_study.analysis.tables import add_reference_columns, read_prepared, read_table
+from sparsurf_study.analysis.tables import add_reference_columns, read_table
 from sparsurf_study.paper.replication import facts_for_page, reproduce
 from sparsurf_study.report.figures.table1 import table1_figure
 from sparsurf_study.report.page import embedded, write_rendered
@@ -17,7 +17,7 @@ from sparsurf_study.rounding import write_rounded
 with job(snakemake) as s:
     a1, best = s.params.a1, json.loads(Path(s.input.best).read_text(encoding="utf-8"))
     grid = read_table(s.input.grid, best["combinations"], "combinations")
-    prepared = read_prepared(s.input.surface, s.input.roughness, s.settings, s.streams(a1), s.threads)
+    prepared = s.prepared(s.streams(a1))
     tables = reproduce(prepared, s.settings, reporter(f"{a1} as published", "steps"))
     for name, table in tables.items():
         write_rounded(s.output[name], add_reference_columns(table, best["references"]))

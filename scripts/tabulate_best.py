@@ -16,7 +16,7 @@ with job(snakemake) as s:
     result, evaluation = read_grid(s.input.distances), s.settings.evaluation
     grid = tables.read_table(s.input.grid, len(result.combinations), "combinations")
     floors = tables.floors_by_name(tables.read_table(s.input.floors))
-    prepared = tables.read_prepared(s.input.surface, s.input.roughness, s.settings, s.streams(), s.threads)
+    prepared = s.prepared(s.streams())
     ranges = tables.ranges_table(grid, result, s.params.ranges, floors)
     n_tests = number_of_tests(evaluation.test_dots, len(prepared))
     best = tables.best_combinations(grid, result, tables.MAX_N_S_PERCENT, floors)

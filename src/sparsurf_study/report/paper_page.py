@@ -388,12 +388,19 @@ def curve(table: pd.DataFrame) -> dict[str, Any]:
     last = math.ceil(float(ratio.max()))
     width, height = CURVE_SIZE
     left, bottom, top = 26.0, height - 38.0, 18.0
-    across = left + (width - left - 8) * ratio / last
-    down = bottom - (bottom - top) * (table["d"] - low) / max(high - low, 1)
-    points = table.assign(x=across.round(1), y=down.round(1), ratio=ratio).sort_values("d_link")
-    lines = []
-    for row, rows in points.groupby("row"):
-        lines.append((row, " ".join(f"{x},{y}" for x, y in rows[["x", "y"]].to_numpy())))
+
+    def across(value: Any) -> Any:
+        return left + (width - left - 8) * value / last
+
+    def down(value: Any) -> Any:
+        return bottom - (bottom - top) * (value - low) / max(high - low, 1)
+
+    points = table.assign(x=across(ratio).round(1), y=down(table["d"]).round(1), ratio=ratio)
+    points = points.sort_values("d_link")
+    lines = [
+        (row, " ".join(f"{x},{y}" for x, y in rows[["x", "y"]].to_numpy()))
+        for row, rows in points.groupby("row")
+    ]
     best = points.iloc[int(points["d"].argmax())]
     crossings = []
     for _, rows in points.groupby("row"):
@@ -402,20 +409,13 @@ def curve(table: pd.DataFrame) -> dict[str, Any]:
             (before, after), (high_d, low_d) = rows[["ratio", "d"]].iloc[k - 1 : k + 1].to_numpy().T
             crossings.append(before + (after - before) * high_d / (high_d - low_d))
     step = max(1, math.ceil((high - low) / 6))
-    levels = []
-    for level in range(low, high + 1):
-        if level % step == 0:
-            y = bottom - (bottom - top) * (level - low) / max(high - low, 1)
-            levels.append((round(y, 1), level))
     return {
         "width": width,
         "height": height,
         "left": left,
         "lines": lines,
-        "levels": levels,
-        "ticks": [
-            (round(left + (width - left - 8) * k / last, 1), k) for k in range(0, last + 1, max(1, last // 8))
-        ],
+        "levels": [(round(down(level), 1), level) for level in range(low, high + 1) if level % step == 0],
+        "ticks": [(round(across(k), 1), k) for k in range(0, last + 1, max(1, last // 8))],
         "top": (best["ratio"], best["d"]),
         "crossing": (min(crossings), max(crossings)) if crossings else None,
     }

@@ -31,8 +31,8 @@ QUANTITIES = {  # names in GROMACS: columns
 # reports 1006 +- 5 kg / m^3; the density changes by up to 3 % with the share of the box that the protein fills.
 TOLERANCE = {"temperature_K": 1.0, "pressure_bar": 10.0, "density_kg_m3": 30.0}
 WATER_DENSITY = 1006.0  # kg / m^3, paper, Materials and Methods
-N_BLOCKS = 10  # The error of a mean is estimated from their means, as successive values are correlated.
-MIN_SAMPLES_OF_MEAN = 50  # A mean of fewer samples is not compared with its target.
+N_BLOCKS = 10  # from which the error of a mean is estimated, as successive values are correlated
+MIN_SAMPLES_OF_MEAN = 50  # from which a mean is compared with its target
 
 
 def energies(folders: Mapping[str, str | os.PathLike[str]]) -> pd.DataFrame:

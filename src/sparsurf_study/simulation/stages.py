@@ -7,14 +7,13 @@ import json
 import os
 import re
 import shutil
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from sparsurf.molecules.read_molecule import read_molecule
-from sparsurf.progress import Report, unreported
 from sparsurf_study.simulation import gromacs
 from sparsurf_study.simulation.protocol import n_time_steps, parameters
 
@@ -30,7 +29,7 @@ def run_stage(
     seed: int,
     folder: str | os.PathLike[str],
     threads: int,
-    progress: Report = unreported,
+    progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> Path:
     """Run one of `protocol.STAGES` in `folder`, or continue it if a run with the same inputs was interrupted; return the folder.
 
@@ -58,7 +57,9 @@ def run_stage(
     return folder
 
 
-def _simulate(stage: str, settings: dict[str, Any], folder: Path, threads: int, progress: Report) -> None:
+def _simulate(
+    stage: str, settings: dict[str, Any], folder: Path, threads: int, progress: Callable[[int, int], None]
+) -> None:
     """Run `gmx mdrun` in a prepared folder."""
     total = n_time_steps(stage, settings) if stage != "minimise" else 0
     thread_option = ["-nt", threads] if Path(gromacs.program()).name == "gmx" else ["-ntomp", threads]

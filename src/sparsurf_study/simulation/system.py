@@ -13,7 +13,7 @@ import numpy as np
 
 from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_molecule
-from sparsurf.molecules.residues import PEPTIDE, atoms_of_residues, count_heavy_atoms, first_atoms
+from sparsurf.molecules.residues import PEPTIDE, atoms_of_residues, count_heavy_atoms
 from sparsurf_study.simulation import gromacs
 from sparsurf_study.simulation.protocol import SELECTION_KEYS, parameters, velocity_seed
 
@@ -80,7 +80,7 @@ def prepare_system(
 def with_chains(path_to_gro: str | os.PathLike[str], molecule: Molecule) -> Molecule:
     """Read the protein that GROMACS wrote as GRO, which has no chains, with the chains and numbers of `molecule`."""
     built = read_molecule(path_to_gro, selection="all", whole=False)
-    first = first_atoms(molecule.residue_index)
+    first = _first_atoms(molecule)
     if built.n_residues != len(first):
         raise InputError(
             f"GROMACS built {built.n_residues} residues from {len(first)}; select protein residues only."
@@ -118,7 +118,7 @@ def refuse_unknown(
     molecule: Molecule, path: str | os.PathLike[str], residue_names: set[str], force_field: str
 ) -> None:
     """Raise InputError if residues are not among `residue_names`, those of a force field."""
-    first = first_atoms(molecule.residue_index)
+    first = _first_atoms(molecule)
     unknown = [i for i in first if molecule.residue_name[i] not in residue_names]
     if unknown:
         raise InputError(
@@ -129,7 +129,7 @@ def refuse_unknown(
 
 def refuse_incomplete(molecule: Molecule, path: str | os.PathLike[str]) -> None:
     """Raise InputError if heavy atoms are missing or a chain has a gap, which GROMACS would not notice."""
-    first = first_atoms(molecule.residue_index)
+    first = _first_atoms(molecule)
     present, expected = count_heavy_atoms(molecule.residue_name, molecule.residue_index, molecule.element)
     counts = zip(first, present, expected, strict=True)
     incomplete = [atom for atom, n_present, n_expected in counts if n_present < n_expected]
@@ -159,6 +159,11 @@ def _gaps(molecule: Molecule, first: np.ndarray) -> list[tuple[int, int]]:
     bonded = (last[:-1] >= 0) & (start[1:] >= 0) & (length < PEPTIDE.max_length)
     pairs = zip(first[:-1].tolist(), first[1:].tolist(), bonded, strict=True)
     return [(i, j) for i, j, bond in pairs if molecule.chain[i] == molecule.chain[j] and not bond]
+
+
+def _first_atoms(molecule: Molecule) -> np.ndarray:
+    """Return the first atom of each residue."""
+    return np.unique(molecule.residue_index, return_index=True)[1]
 
 
 def _names(molecule: Molecule, atoms: Sequence[int]) -> str:

@@ -27,6 +27,7 @@ from sparsurf_study.workflow.job_logs import COMPILING, ERROR_MARK, PROGRESS, SH
 from sparsurf_study.workflow.signals import on_stop
 
 if TYPE_CHECKING:
+    from sparsurf.evaluation.prepared_surface import PreparedSurface
     from sparsurf.streams import Streams
 
 # A full disk, a folder that may not be written
@@ -67,6 +68,14 @@ class Job:
         from sparsurf.streams import Streams  # here, as it imports numpy
 
         return Streams(self.params.seed, self.place if name is None else name, shared)
+
+    def prepared(self, streams: Streams) -> PreparedSurface:
+        """Return the surface of the inputs `surface` and `roughness`, prepared for evaluations."""
+        from sparsurf_study.analysis.tables import read_prepared
+
+        return read_prepared(
+            self.input.surface, self.input.roughness, self.settings, streams, self.snakemake.threads
+        )
 
 
 @contextmanager

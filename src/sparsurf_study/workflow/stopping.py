@@ -41,7 +41,7 @@ def _interrupt(number: int, frame: FrameType | None) -> NoReturn:
 
 
 def _stop(_number: int, _: FrameType | None) -> NoReturn:
-    on_stop(signal.SIG_IGN)
+    on_stop(lambda *_: None)  # Python would print a traceback of a signal that waits and is ignored
     SIGNALLED.set()
     threading.Thread(target=_end_jobs).start()  # no daemon: this process waits for the last of them
     raise KeyboardInterrupt
