@@ -15,7 +15,6 @@ from sparsurf.api.about import About, heard, refuse_missing_matplotlib
 from sparsurf.api.fields import DEFAULT_FIELDS
 from sparsurf.api.origin import rows_of_origin, rows_of_surface, shown_part
 from sparsurf.api.surroundings import (
-    MAX_ATOMS,
     MAX_NAMED,
     contacts_on_page,
     drawn_without_surface,
@@ -169,10 +168,6 @@ def page_of_surface(
         sentences += drawn_without_surface(drawn, molecule.n_atoms)
         if atoms.is_trace:
             sentences.append("The picture holds one atom of each residue, since the molecule is large.")
-        if drawn.n_atoms > MAX_ATOMS:
-            sentences.append(
-                "Contacts are left out, since the molecule is large; `sparsurf areas --of contacts` writes them."
-            )
     dots = None
     if len(kept):
         name = "the given dots" if len(kept) == len(given) and surface is not given else "the kept dots"
@@ -180,6 +175,7 @@ def page_of_surface(
     elif is_selection or molecule is None:
         order = prepared.stream("view").permutation(len(surface))
         dots = ShownDots(prepared, order, opens="all" if is_selection or mesh is None else "none")
+    listed, n_ranked = ([], 0) if table is None else in_list(table)
     scene = PageScene(
         [Shape(mesh, xyz if atoms is None else atoms.placed(xyz))],
         atoms,
@@ -189,8 +185,8 @@ def page_of_surface(
         dots=dots,
         contacts=buried,
         colour="kind" if has_kinds or not named else f"value {first}",
-        order=[] if table is None else in_list(table)[0],
-        n_ranked=0 if table is None else in_list(table)[1],
+        order=listed,
+        n_ranked=n_ranked,
         regions=regions,
         is_prediction=molecule is not None and molecule.is_prediction,
     )
@@ -216,7 +212,7 @@ def page_of_surface(
         facts,
         table,
         max_bytes=MAX_BYTES_IN_REPORT if about.links else MAX_LARGE_BYTES if distance else MAX_BYTES,
-        notes=Notes(None if messages is None else tuple(messages.left_out), tuple(sentences)),
+        notes=Notes(None if messages is None else messages.left_out, sentences),
         missing=[label_and_unit(name)[0] for name in missing],
         counts=_counts(molecule) if molecule else "",
         links=about.links,

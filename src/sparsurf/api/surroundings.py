@@ -33,7 +33,6 @@ if TYPE_CHECKING:
 LEAST_BURIED = 0.5  # Å^2, of a row
 NEAR_MOLECULE = 6.0  # Å, from a ligand that is drawn to the molecule
 SAME_POSITION = 0.01  # Å
-MAX_ATOMS = 100_000  # A page lists no contacts of a larger molecule.
 MAX_NAMED = 6  # A sentence names at most so many residues.
 
 
@@ -105,7 +104,7 @@ def contacts_on_page(drawn: Molecule, frames: Iterable[np.ndarray], rules: Rules
     number, names = partners_of_atoms(drawn)
     chains = {*drawn.chain[np.isin(drawn.kind, POLYMERS)].tolist()}
     partners = Partners(number, [f"chain {name}".strip() if name in chains else name for name in names])
-    if len(partners.names) == 1 or drawn.n_atoms > MAX_ATOMS:
+    if len(partners.names) == 1:
         return None
     sizes = _radii_on_page(drawn, rules)
     found = []
@@ -124,9 +123,7 @@ def contacts_on_page(drawn: Molecule, frames: Iterable[np.ndarray], rules: Rules
 
 
 def relative_areas(molecule: Molecule, frame: int, rules: Rules) -> np.ndarray:
-    """Return the relative accessible area of each residue of a molecule, (R,); NaN where it is not known, or is too much work."""
-    if molecule.n_atoms > MAX_ATOMS:
-        return np.full(molecule.n_residues, np.nan)
+    """Return the relative accessible area of each residue of a molecule, (R,); NaN where it is not known."""
     xyz, sizes = molecule.xyz[frame].round(3), _radii_on_page(molecule, rules)
     partner = np.zeros(molecule.n_atoms, int)
     accessible = areas_of_spheres(xyz, sizes, rules.probe_radius, partner, with_excluded=False).accessible

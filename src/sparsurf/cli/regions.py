@@ -53,5 +53,9 @@ def run(args: argparse.Namespace) -> None:
 
     surface = with_field(surface, args.field, **options.values_of_atoms(args))
     table = regions(surface, *surface.fields, above=args.above, below=args.below, min_area=args.min_area)
-    writing.write_table(args.output, table, about=options.about(args), surface=surface)
-    outputs.report(args, f"{pluralise(len(table), 'region')}, {table['area'].sum():,.0f} Å^2")
+    summary = f"{pluralise(len(table), 'region')}, {table['area'].sum():,.0f} Å^2"
+    past = f"above {args.above:g}" if args.below is None else f"below {args.below:g}"
+    listed = f"The list has the residues where {next(iter(surface.fields))} is {past}: {summary}."
+    about = options.about(args, notes=[listed.replace("^2", "²")])
+    writing.write_table(args.output, table, about=about, surface=surface)
+    outputs.report(args, summary)

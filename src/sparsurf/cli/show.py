@@ -20,12 +20,12 @@ EXAMPLES = """\
 The page shows the surface above the cartoon of the molecule and its ligands, coloured by roughness, fields, chains or the kinds
 of its dots; which residues touch which chain or ligand, and the area that is buried; the roughness of the residues along each
 chain; the ten roughest residues; and the parts of the structure that were left out. A residue that you click or search for is
-shown in the picture, in the list and in the profile. The page of a few dots, such as minimal.csv, shows the
-surface that `sparsurf recover` reconstructs from them. With --trajectory and without --frame, the page shows at
-most 100 frames with a slider, and which residues change most: in their roughness, or in what --rank names. The page is
-one file that needs no network. It opens in the browser unless --no-open is given or there is no display. Without -o, the page
-is written into the current folder, under the name of FILE with the suffix .html, to which _frames is added for a trajectory,
-_frame20 for frame 20, and _model3 for model 3.
+shown in the picture, in the list and in the profile. The page of a few dots, such as minimal.csv, shows the surface that
+`sparsurf recover` reconstructs from them. With --trajectory and without --frame, the page shows at most 100 frames with a
+slider, which residues move most, and which change most: in their roughness, or in what --rank names. The page is one file that
+needs no network. It opens in the browser unless --no-open is given or there is no display. Without -o, the page is written into
+the current folder, under the name of FILE with the suffix .html, to which _frames is added for a trajectory, _frame20 for frame
+20, and _model3 for model 3.
 
 examples:
   sparsurf show protein.pdb

@@ -108,7 +108,7 @@ def test_the_ten_roughest_residues_are_those_of_the_table(molecule):
     chosen = [(each.text, int(each.attributes["data-residue"])) for each in buttons]
     assert {*chosen} == {*zip(names, wanted.index, strict=True)}
     assert (
-        f"Its roughest residue is {names[0]}, with a mean of {wanted['mean_roughness'].iloc[0]:.2f} over "
+        f"The roughest residue is {names[0]}, with a mean of {wanted['mean_roughness'].iloc[0]:.2f} over "
         in page.text
     )
     low, high = (table["mean_roughness"].agg(end) for end in ("min", "max"))

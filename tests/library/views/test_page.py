@@ -261,6 +261,27 @@ def test_ligands_and_strands_are_drawn_and_touch_the_chains_that_bury_them(brows
     browser.run("element('list').firstElementChild.click()")
     assert browser.run("return element('chosen').textContent").startswith("<\"> 90 ': ")
     assert browser.run("return model.selectedAtoms({ chain: 'B', resn: 'ALA' }).length") == 20
+    partner = header["residues"][8]
+    pairs = page_rows(page.html, "partner")
+    assert (
+        f"The largest interface is that of {pairs[0][0]} with {pairs[0][1]}, which buries"
+        in Page(page.html).text
+    )
+    browser.press("#search", partner)  # it and the residues that it buries
+    shown = browser.run("return rows().filter((row) => !row.hidden).map((row) => +row.dataset.residue)")
+    assert shown == [
+        row[0] for row in header["touching"] if 8 in (row[0], 8 * (row[1] == header["units"].index(partner)))
+    ]
+    assert (
+        browser.run("return element('found').textContent")
+        == f"1 residue found; the list shows {len(shown)} rows."
+    )
+    browser.run("element('colour').value = 'chain'; element('colour').dispatchEvent(new Event('input'))")
+    drawn = browser.run(
+        "return model.selectedAtoms({ atom: 'CA' }).map((atom) => atom.style.cartoon.colorfunc(atom))"
+    )
+    chains = dict(header["chains"])
+    assert drawn == [int.from_bytes(bytes(chains[chain])) for chain in "<" * 4 + "B" * 4]
     assert browser.complaints() == []
 
 
@@ -305,6 +326,8 @@ def test_the_page_of_regions_lists_their_residues_in_the_colours_of_the_field(br
         for name in row.residues.split("; ")
     ]
     assert len(table) > 2
+    listed_are = f"where mean_curvature is above 0.4: {len(table)} regions, {table['area'].sum():.0f} Å²."
+    assert listed_are in Page(path.read_text(encoding="utf-8")).text
     browser.run("element('list').firstElementChild.click()")
     said = browser.run("return element('chosen').textContent")
     assert said.startswith(f"{listed[0][0]}: ") and f"in region 1 of {listed[0][2]} Å²" in said
@@ -361,6 +384,11 @@ def test_the_profile_of_a_long_chain_fits_on_the_page(browser, tmp_path):
     assert browser.complaints() == []
 
 
+def page_rows(html, first):
+    """The rows of the table whose first column has this name."""
+    return next(rows for rows in Page(html).tables if rows[0][0] == first)[1:]
+
+
 def steps(n=5):
     """PDB text of models that drift by 3 Å, in which the last two residues fold away from the others, and of a water."""
     water = atom_line("O", "HOH", "A", "90", (40, 0, 0), record="HETATM", element="O")
@@ -402,7 +430,7 @@ def test_the_page_of_a_trajectory_has_the_areas_and_the_places_of_every_frame(fo
     assert header["frames"] == [f"frame {k}, {time}" for k, time in enumerate(times)]
     assert header["areas"] == pytest.approx([each.total_area for each in dots], abs=0.06)  # in tenths
     area, rough = (np.array([table[name] for table in tables]) for name in ("area", "mean_roughness"))
-    sd, *shown = (  # of the roughness, area, roughness
+    sd, moved_by, *shown = (  # of the roughness, fluctuation, area, roughness
         (described["low"] + described["step"] * columns[f"number {k}"]).reshape(-1, 6)
         for k, described in enumerate(header["numbers"])
     )
@@ -415,9 +443,16 @@ def test_the_page_of_a_trajectory_has_the_areas_and_the_places_of_every_frame(fo
         points, triangles = corners_of(header, columns, k)
         gap = cKDTree(points).query(positions[-1] * header["step"])[0]
         assert len(triangles) > 200 and gap.max() < 4 and gap.min() > 1  # around its atoms
+    xyz = np.array(positions) * header["step"]
+    spread = ((xyz - xyz.mean(axis=0)) ** 2).sum(axis=2).mean(axis=0)
+    assert np.allclose(
+        moved_by[0] ** 2, [spread[columns["residue of atom"] == k].mean() for k in range(6)], atol=0.05
+    )
     drift = np.linalg.norm((positions[1] - positions[0])[:20] * header["step"], axis=1)
     assert drift.max() < 0.6  # superposed, though it drifts by 3 Å
     page = Page(frames_html)
+    moving = labels_of(tables[0])[moved_by.argmax()]
+    assert f"{moving} moves most: its atoms lie {moved_by.max():.1f} Å" in page.text.replace("\xa0", " ")
     most = labels_of(tables[0])[rough.std(axis=0, ddof=1).argmax()]
     assert "run.xtc has 5 frames of 6 residues." in page.text
     assert "left out of the molecule: 1 HOH." in page.text and "peptide bond is missing" in page.text
@@ -426,7 +461,7 @@ def test_the_page_of_a_trajectory_has_the_areas_and_the_places_of_every_frame(fo
     found = [float(number.replace(",", "")) for number in re.search(said, page.text).groups()]
     assert found == pytest.approx([min(header["areas"]), max(header["areas"])], abs=0.6)
     assert f"The mean roughness of {most} changes most" in page.text
-    rows = next(rows for rows in page.tables if rows[0][0] == "residue")[1:]
+    rows = page_rows(frames_html, "residue")
     assert rows[0][0] == most and rows[0][1] == f"{sd.max():.3f}"
     assert (np.diff(sd[0][header["order"]]) <= 0).all()  # in the list
     for row in rows:
@@ -487,7 +522,7 @@ def test_contacts_over_frames_have_the_share_of_the_frames_in_which_they_last(tm
     assert found.keys() == wanted.keys() and len(found) == 6 and 67 in {share for _, share in found.values()}
     for key, numbers in found.items():
         assert numbers == pytest.approx(wanted[key], abs=0.6)
-    rows = next(rows for rows in Page(html).tables if rows[0][0] == "partner")[1:]
+    rows = page_rows(html, "partner")
     assert [row[:2] for row in rows] in (
         [["chain A", "chain B"], ["chain B", "chain A"]],
         [["chain B", "chain A"], ["chain A", "chain B"]],
@@ -525,12 +560,12 @@ def test_the_slider_the_keys_and_the_curves_choose_a_frame(browser, frames_html,
     assert (
         browser.run("return document.querySelectorAll('.over-time').length") == 3
     )  # of all, and two of the residue
-    for k, described in enumerate(header["numbers"][1:], 1):
+    for k, described in enumerate(header["numbers"][2:], 2):
         of_frames = columns[f"number {k}"].reshape(5, 6)[:, header["residues"].index(label)]
         values = described["low"] + described["step"] * of_frames
         said = [f"{value:.{described['digits']}f}" for value in (values.min(), values.max(), values[0])]
         curve = browser.run(
-            f"return document.querySelectorAll('.over-time svg')[{k}].getAttribute('aria-label')"
+            f"return document.querySelectorAll('.over-time svg')[{k - 1}].getAttribute('aria-label')"
         )
         assert curve.endswith("from {} to {}; {} in the shown frame".format(*said)) and said[0] != said[1]
     words = browser.run("return element('chosen').textContent")
@@ -571,7 +606,7 @@ def test_a_page_shows_at_most_a_hundred_frames_evenly(folder, frames_html, monke
     assert "has 5 frames of 6 residues, of which this page shows every 2nd." in Page(html).text
     assert unpacked(html)[0]["frames"] == ["frame 0, 0 ps", "frame 2, 15 ns", "frame 4, 30 ns"]
     areas, of_all = (
-        header["numbers"][1]["low"] + header["numbers"][1]["step"] * columns["number 1"].reshape(-1, 6)
+        header["numbers"][2]["low"] + header["numbers"][2]["step"] * columns["number 2"].reshape(-1, 6)
         for header, columns in map(unpacked, (html, frames_html))
     )
     np.testing.assert_allclose(areas, of_all[::2], atol=0.2)

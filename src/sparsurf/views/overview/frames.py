@@ -10,8 +10,8 @@ import pandas as pd
 
 from sparsurf.evaluation.ranking import MIN_AREA, rank_residues, why_none_is_ranked
 from sparsurf.molecules.molecule import Molecule
-from sparsurf.views.overview.page import N_OPEN, named_field, render_template, words_of_contacts
-from sparsurf.views.overview.profile import ROUGHNESS_COLUMN, labels_of, panels
+from sparsurf.views.overview.page import labelled_rows, largest_contacts, named_field, render_template
+from sparsurf.views.overview.profile import ROUGHNESS_COLUMN, panels
 from sparsurf.views.page.scene import PageScene, ResidueValues
 from sparsurf.views.page.shapes import DrawnAtoms, Shape
 
@@ -61,13 +61,10 @@ def overview_of_frames(
     molecule = atoms.molecule.take(atoms.molecule.residue_index < atoms.n_surfaced)
     column, rank_by = ranked
     residues = change_table(molecule, numbers, column, rank_by)
-    changing = residues[residues["rank"].notna()].head(N_CHANGING)
-    rows = [
-        row | {"label": label, "residue": position}
-        for label, position, row in zip(
-            labels_of(changing), changing.index, changing.to_dict("records"), strict=True
-        )
-    ]
+    in_rank = residues[residues["rank"].notna()]
+    changing, fluctuation = in_rank.head(N_CHANGING), fluctuations(atoms, shapes)
+    moving = int(np.nanargmax(fluctuation))
+    label = atoms.molecule.residue_label(int(atoms.first_atoms[moving]))
     whole = numbers["area"].sum(axis=1)
     context: dict[str, Any] = {
         "title": f"{name} in {len(shapes)} frames",
@@ -75,20 +72,27 @@ def overview_of_frames(
         "n_frames": len(shapes), "n_all": molecule.n_frames, "n_residues": molecule.n_residues,
         "every": -(-molecule.n_frames // len(shapes)),
         "smallest": (whole.min(), labels[int(whole.argmin())]), "largest": (whole.max(), labels[int(whole.argmax())]),
-        "most": rows, "panels": panels(residues.sort_index(), rank_by, changing.index),
+        "most": [*labelled_rows(changing)], "panels": panels(residues.sort_index(), rank_by, changing.index),
+        "moving": {"label": label, "residue": moving, "fluctuation": fluctuation[moving]},
         "unranked": why_none_is_ranked(residues, len(shapes)), "min_area": MIN_AREA,
-        "notes": notes, "left_out": None if left_out is None else ", ".join(left_out), "origin": origin,
-        "n_open": N_OPEN,
+        "notes": notes, "left_out": left_out, "origin": origin,
     }  # fmt: skip
-
-    change = residues.sort_index()[rank_by].to_numpy(float)[None]
-    shown = [*changing_numbers(numbers, column, rank_by, change)]
+    change = residues.sort_index()[rank_by].to_numpy(float)
+    shown = [*changing_numbers(numbers, column, rank_by, change, fluctuation)]
     scene = PageScene(
         shapes, atoms, numbers=shown, frames=labels, areas=whole.tolist(), contacts=touching, colour="number 0",
-        order=[*residues.index], n_ranked=int(residues["rank"].notna().sum()), orders="most changing",
+        order=[*residues.index], n_ranked=len(in_rank), orders="most changing",
     )  # fmt: skip
-    context |= words_of_contacts(scene)
+    context["pairs"] = largest_contacts(scene)
     return scene.around(lambda data: render_template(TEMPLATE, data=data, **context))
+
+
+def fluctuations(atoms: DrawnAtoms, shapes: Sequence[Shape]) -> np.ndarray:
+    """Return the root mean square deviation of the drawn atoms of each residue from their mean positions, (R,), Å."""
+    spread = np.array([shape.atoms for shape in shapes]).var(axis=0).sum(axis=1)
+    residue, n = atoms.molecule.residue_index[atoms.chosen], len(atoms.first_atoms)
+    count = np.bincount(residue, minlength=n)
+    return np.sqrt(np.bincount(residue, spread, n) / np.where(count > 0, count, np.nan))
 
 
 def change_table(
@@ -108,12 +112,16 @@ def quantity_of(column: str) -> Quantity:
 
 
 def changing_numbers(
-    numbers: Mapping[str, np.ndarray], column: str, rank_by: str, change: np.ndarray
+    numbers: Mapping[str, np.ndarray], column: str, rank_by: str, change: np.ndarray, fluctuation: np.ndarray
 ) -> Iterator[ResidueValues]:
-    """Yield the numbers of the residues that the page shows: the `change` (1, R) that ranks them, and columns of each frame."""
+    """Yield the numbers of the residues that the page shows: the `change` that ranks them, their `fluctuation`, and columns."""
     ranked = quantity_of(column)
     name = f"{rank_by} of the {ranked.name}"  # short enough for the menu
-    yield ResidueValues(name, ranked.unit, change, ranked.digits + 1, "steady", "changing", colours=True)
+    yield ResidueValues(
+        name, ranked.unit, change[None], ranked.digits + 1, "steady", "changing", colours=True
+    )
+    name = "root mean square fluctuation"
+    yield ResidueValues(name, "Å", fluctuation[None], 2, "steady", "moving", colours=True)
     for of_frames in dict.fromkeys(("area", ROUGHNESS_COLUMN, column)):
         name, unit, digits, ends = quantity_of(of_frames)
         yield ResidueValues(name, unit, numbers[of_frames], digits, *ends, of_frames, colours=True)

@@ -47,8 +47,8 @@ class Notes:
     sentences : what else was noticed, one full sentence each
     """
 
-    left_out: tuple[str, ...] | None = None
-    sentences: tuple[str, ...] = ()
+    left_out: Sequence[str] | None = None
+    sentences: Sequence[str] = ()
 
 
 class Extent(NamedTuple):
@@ -109,10 +109,9 @@ def overview(
         "title": title, "surface": surface, 
         "fields": [_range(field) for field in scene.values if field.symbol != COMPONENT_FIELD],
         "notes": notes.sentences, "missing": missing,
-        "left_out": None if notes.left_out is None else ", ".join(notes.left_out), "counts": counts,
-        "links": links, "origin": origin,
+        "left_out": notes.left_out, "counts": counts, "links": links, "origin": origin,
     }  # fmt: skip
-    context |= residue_words(residues) | words_of_contacts(scene)
+    context |= residue_words(residues) | {"pairs": largest_contacts(scene)}
     return scene.around(lambda data: render_template(PAGE, data=data, **context), max_bytes)
 
 
@@ -128,24 +127,13 @@ def overview_of_dots(
     return scene.around(lambda data: render_template(DOTS, data=data, **context), MAX_BYTES_IN_REPORT)
 
 
-def words_of_contacts(scene: PageScene) -> dict[str, Any]:
-    """Return what a template needs of contacts: the residue that is buried most, and the area of each partner, Å^2."""
-    if scene.contacts is None or scene.atoms is None or not len(scene.contacts):
-        return {"touching": None, "pairs": []}
-    first, label = scene.contacts.iloc[0], scene.atoms.labels()
-    residue = int(first["number"])
-    buried = {
-        "label": label[residue],
-        "residue": residue,
-        "partner": first["partner"],
-        "buried": first["mean"],
-    }
+def largest_contacts(scene: PageScene) -> list[tuple[Any, ...]]:
+    """Return pairs of partners, the area that the second one buries of the first, Å^2, and the number of residues."""
+    if scene.contacts is None:
+        return []
     pairs = scene.contacts.groupby(["own", "partner"], sort=False)["mean"].agg(["sum", "size"])
     rows = pairs.sort_values("sum", ascending=False, kind="stable").head(MAX_PAIRS)
-    return {
-        "touching": buried,
-        "pairs": [(*names, *row) for names, row in zip(rows.index, rows.to_numpy(), strict=True)],
-    }
+    return [(*names, *row) for names, row in zip(rows.index, rows.to_numpy(), strict=True)]
 
 
 def in_list(residues: pd.DataFrame) -> tuple[list[int], int]:
@@ -176,13 +164,17 @@ def residue_words(residues: pd.DataFrame | None) -> dict[str, Any]:
         return {"table": None, "panels": [], "rough": [], "means": []}
     columns = columns_of_means(residues)
     rough = roughest(residues)
-    rows = []
-    for label, position, row in zip(labels_of(rough), rough.index, rough.to_dict("records"), strict=True):
-        shown = {"label": label, "residue": position, "roughness": row["mean_roughness"]}
-        shown |= {"area": row["area"], "dots": row["dots"], "means": [row[name] for name in columns]}
-        rows.append(shown)
+    rows = [row | {"means": [row[name] for name in columns]} for row in labelled_rows(rough)]
     means = [named_field(str(name).removeprefix("mean_")) for name in columns]
     return {"table": True, "panels": panels(residues), "rough": rows, "means": means, "min_area": MIN_AREA}
+
+
+def labelled_rows(residues: pd.DataFrame) -> Iterator[dict[Any, Any]]:
+    """Yield the rows of a table of residues, with the `label` of each and `residue`, its number on the page."""
+    for label, position, row in zip(
+        labels_of(residues), residues.index, residues.to_dict("records"), strict=True
+    ):
+        yield row | {"label": label, "residue": position}
 
 
 def named_field(name: str) -> dict[str, str]:
@@ -210,7 +202,7 @@ def render_template(template: str, **context: Any) -> str:
     style = Markup("".join(sheet.read_text(encoding="utf-8") for sheet in sheets))
     shared = {
         "version": __version__, "style": style, "library": drawn_by, "n_open": N_OPEN, "data": "", "has_picture": True,
-        "surface": None, "touching": None, "pairs": (), "fields": (), "notes": (), "missing": (), "left_out": None, "counts": "",
+        "surface": None, "pairs": (), "fields": (), "notes": (), "missing": (), "left_out": None, "counts": "",
         "links": (),
     }  # fmt: skip
     text = _templates().get_template(template).render(shared | context)

@@ -25,6 +25,7 @@ function fillMenus() {
   if (inRegions().length) lists.add(new Option("regions (Å² of each)", "regions"));
   if (head.touching.length) lists.add(new Option(nFrames() > 1 ? "what touches what (% of frames; buried Å²)" : "what touches what (buried Å²)", "touching"));
   if (head.order.length) lists.add(new Option(`${head.orders} residues`, "ranked"));
+  head.numbers.forEach((table, k) => k && table.frames < 2 && lists.add(new Option(`by ${table.name}`, `number ${k}`)));
   if (head.labels.length) lists.add(new Option("residues in order", "order"));
   for (const part of [element("find"), element("listing"), element("list"), element("none")]) part.hidden = !head.labels.length;
   fillList();
@@ -40,11 +41,12 @@ function inRegions() {
 
 // The rows of the list: [residue, words, number].
 function listed() {
-  const which = element("which").value;
+  const which = element("which").value, [, k] = which.split(" ");
   if (which === "touching") return head.touching.map(([residue, unit, area, share]) => [residue, `with ${head.units[unit]}`, nFrames() > 1 ? `${share} %; ${number(area, 1)}` : number(area, 1)]);
   if (which === "regions") return inRegions().map(([residue, region, area]) => [residue, `region ${region}`, number(area, 1)]);
   const residues = [...head.labels.keys()];
   if (which === "order" || which === "") return residues.map((residue) => [residue, "", ""]);
+  if (k) return residues.map((residue) => [residue, numberOf(k, residue)]).filter(([, value]) => value !== null).sort((a, b) => b[1] - a[1]).map(([residue, value]) => [residue, "", written(head.numbers[k], value)]);
   return head.order.map((residue, place) => [residue, place < head.ranked ? "" : "not ranked", written(head.numbers[0], numberOf(0, residue, 0))]);
 }
 
@@ -110,18 +112,16 @@ function describe() {
   element("chosen").textContent = `${head.labels[r]}${said.length ? `: ${said.join("; ")}` : ""}.${why}`;
 }
 
-// Residues whose name, number and chain begin with the words of a search, those of which all words are equal first.
-function foundBy(text) {
-  const words = text.trim().toUpperCase().replace(/([A-Z]{3})(\d)/, "$1 $2").split(/[\s:,]+/).filter(Boolean);
-  const all = (residue, fits) => words.every((word) => head.labels[residue].toUpperCase().split(/[\s,]+/).some((part) => fits(part, word)));
-  const residues = [...head.labels.keys()], same = residues.filter((r) => all(r, (part, word) => part === word));
-  return { words, same, all: [...same, ...residues.filter((r) => !same.includes(r) && all(r, (part, word) => part.startsWith(word)))] };
-}
-
+// Shows the rows whose residue, or whose partner or region, has parts that begin with all words of the search. Chooses the residue
+// of which all words are whole parts, or when Enter was pressed the first one.
 function search(enters, chooses = false) {
-  const { words, same, all } = foundBy(element("search").value), shown = new Set(all);
-  for (const row of rows()) row.hidden = words.length > 0 && !shown.has(+row.dataset.residue);
-  element("found").textContent = words.length ? `${all.length} residue${all.length === 1 ? "" : "s"} found.` : "";
+  const words = element("search").value.trim().toUpperCase().replace(/([A-Z]{3})(\d)/, "$1 $2").split(/[\s:,]+/).filter(Boolean);
+  const fits = (text, how) => words.every((word) => text.toUpperCase().split(/[\s,]+/).some((part) => how(part, word)));
+  const fitting = (how) => [...head.labels.keys()].filter((residue) => fits(head.labels[residue], how)), begins = (part, word) => part.startsWith(word);
+  const same = fitting((part, word) => part === word), all = [...new Set([...same, ...fitting(begins)])];
+  for (const row of rows()) row.hidden = !fits(head.labels[row.dataset.residue], begins) && !fits(row.children[1].textContent, begins);
+  const shown = rows().filter((row) => !row.hidden).length;
+  element("found").textContent = words.length ? `${all.length} residue${all.length === 1 ? "" : "s"} found; the list shows ${shown} row${shown === 1 ? "" : "s"}.` : "";
   if (words.length && (enters ? all.length : chooses && words.length > 1 && same.length === 1)) choose(enters ? all[0] : same[0]);
 }
 
@@ -275,7 +275,7 @@ function listen() {
 
 function listenToPicture() {
   const stage = element("stage"), reset = () => viewer.setView(home);
-  element("colour").addEventListener("input", paint);
+  element("colour").addEventListener("input", () => (style(), paint()));
   element("opacity").addEventListener("input", () => {
     view.touched = true;
     setOpacity(element("opacity").value);

@@ -168,7 +168,8 @@ function style() {
   viewer.removeAllLabels();
   if (model) {
     const residues = (fits) => ({ predicate: (atom) => fits(data["residue of atom"][atom.index]) });
-    const cartoon = (color) => ({ cartoon: { color, style: head.trace ? "trace" : "rectangle" } });
+    const ofChain = ({ index }) => head.chains[data.chain[data["residue of atom"][index]]][1].reduce((all, channel) => 256 * all + channel);
+    const cartoon = (color) => ({ cartoon: { ...(element("colour").value === "chain" ? { colorfunc: ofChain } : { color }), style: head.trace ? "trace" : "rectangle" } });
     const shown = { cartoon: cartoon("#9aa3ad"), stick: { stick: { radius: 0.15 } }, line: { line: {} }, none: {} }[element("inside").value];
     viewer.setStyle({}, shown);
     viewer.setStyle(residues((r) => r >= head.surfaced), cartoon("#d98e2b"));

@@ -93,10 +93,6 @@ class DrawnAtoms:
         """Return those of the positions of all atoms, (n, 3), that the page holds, (A, 3)."""
         return xyz[self.chosen]
 
-    def labels(self) -> list[str]:
-        """Return the labels of the residues."""
-        return [self.molecule.residue_label(atom) for atom in self.first_atoms]
-
     def header(self) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
         """Return what a page says of the atoms and residues: entries of its header, and columns."""
         molecule, first = self.molecule, self.first_atoms
@@ -108,8 +104,8 @@ class DrawnAtoms:
         parts = zip(residue_names.tolist(), molecule.residue[first].tolist(), chains.tolist(), strict=True)
         types = [TYPE_OF_NAME.get(standard_name(name), len(TYPES) - 1) for name in residue_names.tolist()]
         header = {
-            "residues": self.labels(), "parts": [list(map(str, part)) for part in parts], "surfaced": self.n_surfaced,
-            "trace": self.is_trace,
+            "residues": [molecule.residue_label(atom) for atom in first], "parts": [list(map(str, part)) for part in parts],
+            "surfaced": self.n_surfaced, "trace": self.is_trace,
             "elements": elements.tolist(), "names": names.tolist(),
             "types": [[kind_name, rgb] for kind_name, (_, rgb) in TYPES.items()],
             "chains": [[chain_name, CHAIN_COLOURS[k % len(CHAIN_COLOURS)]] for k, chain_name in enumerate(chain_names.tolist())],
