@@ -191,6 +191,8 @@ def test_a_click_chooses_the_residue_below_the_mouse(opened, html):
         " box.height / 2]), corners.map(({ x, y, z }) => turned(q, [x, y, z])[2]), [box.width, box.height]]"
     )
     flat, depth = np.array(flat), np.array(depth)
+    key = opened.run("return element('legend').offsetHeight")
+    assert flat[:, 1].max() < box[1] / 2 - key  # the key hides nothing
     a, b, c = (flat[triangles[:, k]] for k in range(3))
     facing = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
     random, right = np.random.default_rng(1), 0

@@ -214,15 +214,15 @@ function centre() {
   viewer.setSlab(-size, size);
 }
 
-// Zooms and moves so that everything that lies on the surface fills the picture.
+// Zooms and moves so that everything that is drawn fills the picture above the key.
 function fit() {
-  const stage = element("stage"), { clientWidth, clientHeight } = stage, box = stage.getBoundingClientRect();
+  const stage = element("stage"), { clientWidth } = stage, box = stage.getBoundingClientRect(), above = stage.clientHeight - element("legend").offsetHeight;
   const all = drawn();
   for (let round = 0; round < 3; round++) {
     const flat = viewer.modelToScreen(all), ends = (axis) => flat.reduce(([low, high], place) => [Math.min(low, place[axis]), Math.max(high, place[axis])], [Infinity, -Infinity]);
     const [[left, right], [top, bottom]] = [ends("x"), ends("y")];
-    if (round < 2) viewer.zoom(0.88 / Math.max((right - left) / clientWidth, (bottom - top) / clientHeight, 0.01));
-    else viewer.translateScene(box.left + scrollX + clientWidth / 2 - (left + right) / 2, box.top + scrollY + clientHeight / 2 - (top + bottom) / 2);
+    if (round < 2) viewer.zoom(0.88 / Math.max((right - left) / clientWidth, (bottom - top) / above, 0.01));
+    else viewer.translateScene(box.left + scrollX + clientWidth / 2 - (left + right) / 2, box.top + scrollY + above / 2 - (top + bottom) / 2);
   }
 }
 
