@@ -6,6 +6,8 @@ consequences.yaml holds the tables. Plans are dry runs of Snakemake; a job runs 
 import filecmp
 import re
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -146,6 +148,36 @@ def test_no_job_compiles_a_kernel(study):
     notes = [file.read_text() for file in (study / warm_python.OPENED).iterdir()]
     rows = [line.split("\t") for text in notes for line in text.splitlines()]
     assert rows and not {kernel for way, kernel in rows if way == warm_python.COMPILED}
+
+
+LARGE_GRID = """
+import numpy as np
+import sparsurf
+from numba.core.dispatcher import Dispatcher
+from sparsurf.evaluation.prepared_surface import PreparedSurface
+from sparsurf.patches import descriptors, subset_patches
+from sparsurf_study.analysis.grid import evaluate_grid
+from sparsurf_study.compile_kernels import compile_study
+
+def forms():
+    kernels = {**vars(descriptors), **vars(subset_patches)}.items()
+    return {(name, str(form)) for name, each in kernels if isinstance(each, Dispatcher) for form in each.signatures}
+
+compile_study()
+before = forms()
+molecule = sparsurf.read_molecule("data/tdp43/topology.pdb", residues="209-214")
+prepared = PreparedSurface(sparsurf.surface(molecule))
+grid = evaluate_grid(prepared, [[alpha, 0, 0, 0] for alpha in np.linspace(0.1, 1, 24)], 4)
+assert len(np.unique(grid.n_s)) == 24
+print(forms() - before or "none")
+"""
+
+
+def test_a_grid_with_many_sizes_of_subsets_compiles_no_kernel():
+    """The study above has few combinations; the random subsets of many are compared as nested ones, by other kernels."""
+    call = [sys.executable, "-c", LARGE_GRID]
+    run = subprocess.run(call, cwd=ROOT, capture_output=True, text=True, check=True)
+    assert run.stdout == "none\n"
 
 
 def test_a_job_reads_its_inputs_and_nothing_else(study, given):
