@@ -1,3 +1,4 @@
+# The config is read by `check_config` in rules/common.smk, which fills in the defaults, so that there is no `configfile:` here.
 # Trajectory or structure or surface -> frames -> surface -> roughness -> sampling over the grid -> descriptors compared -> tables,
 # best parameters, figures, in this order. What only some studies ask for is in rules/, one file for each key of the config.
 #
@@ -57,11 +58,12 @@ wildcard_constraints:
 
 rule all:
     input:
-        # Each page is listed by itself, since a protein whose frames are missing hides the first page.
+        # There is one file for each protein, so that a protein whose frames cannot be read does not stop the others.
         expand("results/{run}/{protein}/.complete", run=config["run"], protein=PROTEINS),
         ends_before_frames,
         ends_beside_proteins,
         first_page,
+        # The next two make Snakemake run again what was deleted or changed after the run.
         deleted_results,
         changed_results,
 
@@ -79,11 +81,14 @@ onerror:
     print(*reasons(RUN, BEGIN), sep="\n", file=sys.stderr)
 
 
-rule complete_protein:  # Each protein has a job of its own, so that a failure does not stop the others.
+rule complete_protein:
     input:
         ends_of_protein,
     output:
         touch("results/{run}/{protein}/.complete"),
+    localrule: True
+    message:
+        "{wildcards.protein} is complete"
 
 
 rule fetch_structure:

@@ -48,11 +48,28 @@ def test_conda_and_pip_name_the_same_versions_and_the_package_of_these_rules():
             assert f"{'tables' if name == 'pytables' else name}=={version}" in lock, line
 
 
-def test_results_are_not_committed_and_no_file_is_huge():
+@pytest.fixture(scope="module")
+def files():
+    """The files of the repository."""
     listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=False)
     if listed.returncode:
         pytest.skip("no git checkout")
-    files = [ROOT / name for name in listed.stdout.splitlines() if (ROOT / name).is_file()]
+    return [ROOT / name for name in listed.stdout.splitlines() if (ROOT / name).is_file()]
+
+
+def test_the_tree_of_contributing_has_every_folder_and_package(files):
+    (tree,) = re.findall(r"^```\n(Snakefile.*?)^```", (ROOT / "CONTRIBUTING.md").read_text(), re.M | re.S)
+    begins = re.findall(r"^ *((?:\S+/ +)+)", tree, re.M)
+    names = {name.rstrip("/") for begin in begins for name in begin.split()}
+    parts = [file.relative_to(ROOT).parts[:-1] for file in files]
+    packages = {folders[2] for folders in parts if folders[:1] == ("src",) and len(folders) > 2}
+    folders = {"/".join(folders[: 2 if folders[0] == "src" else 1]) for folders in parts if folders}
+    assert names >= folders | packages, folders | packages - names
+    places = [ROOT / place for place in ("", "src/sparsurf", "src/sparsurf_study")]
+    assert not [name for name in names if not any((place / name).is_dir() for place in places)]
+
+
+def test_results_are_not_committed_and_no_file_is_huge(files):
     assert [f.name for f in files if f.parent.name == "results"] == ["README.md"]
     assert max(f.stat().st_size for f in files) < 5_000_000
 

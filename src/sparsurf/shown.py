@@ -1,4 +1,4 @@
-"""What all classes of results share: their picture, their page, their files and their display in a notebook."""
+"""The base class of all results: it draws their picture, shows their page, writes their files and displays them in a notebook."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a function of a file returns for every structure of a folder or of a list of files, in memory or as one table."""
+"""Apply a function of one file to every structure of a folder or list: in processes, continued after a stop, failures listed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A folder of structures, or several structures, in place of FILE: one table of what a command writes of each."""
+"""Run a command on each structure of a folder, or of several files, and write one table of what it measures."""
 
 from __future__ import annotations
 

@@ -111,7 +111,8 @@ def _cells(text: str) -> pd.DataFrame:
     header, rows = (rows[0], rows[1:]) if rows else ([], [])
     if not {"residue", "residue_name"} & {*header}:
         raise InputError(
-            f"{FILE} has no column residue, or residue_name of a scale, which identifies the residue of a row: add it."
+            f"{FILE} has no column residue, or residue_name of a scale, which identifies the residue of a row, but "
+            f"{', '.join(header) or 'nothing'}: name it so, with commas between the columns."
         )
     if repeated := [name for name in header if name and header.count(name) > 1]:
         raise InputError(f"{FILE} has the column {repeated[0]!r} twice; remove or rename one.")

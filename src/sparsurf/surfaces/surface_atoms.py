@@ -1,4 +1,4 @@
-"""The atoms that determine a molecular surface: those that the rolling probe touches, and plugs that keep voids shut.
+"""The atoms that determine a molecular surface: those that the probe touches, and inner ones (plugs) that keep it out of voids.
 
 The ball of atom k, of radius r_k + r_p around its centre, holds the positions that the probe's centre cannot take; let U be the
 union of these balls. Near a point of the border of U only the balls of atoms reach that the probe touches there. So a set of

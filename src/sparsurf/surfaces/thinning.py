@@ -1,4 +1,4 @@
-"""Meshes for pictures: short edges of a fine mesh are collapsed in one pass for each length, in the order of the mesh.
+"""Coarsen meshes for pictures quickly: short edges are collapsed in one pass for each length, in the order of the mesh.
 
 The mesh stays closed and its parts and handles the same, as in `decimation`, which takes the shortest edge first and chooses its
 triangles with more care, in ten times as long.

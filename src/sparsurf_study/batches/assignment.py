@@ -1,4 +1,4 @@
-"""Which structure belongs to which batch; planning a study imports this, so it needs no numpy."""
+"""Decide whether a study is analysed in batches, and which structure is in which; planning imports this, so it needs no numpy."""
 
 import os
 import zlib
