@@ -142,8 +142,8 @@ def test_the_answer_that_counts_is_the_first_and_the_best_combination_has_one_va
     page = page_of(tmp_path)
     text = page.words
     assert (
-        f"(1, 0, 4, 6) 43 % of the dots are kept; d = 2.42 (2.17 to 2.72) if {condition} in each subset, as in the authors'"
-        " code. 35 other combinations are" in text
+        f"(1, 0, 4, 6) 43 % of the dots are kept; the cross-validated d is 2.42 (2.17 to 2.72) if {condition} in each"
+        " subset, as in the authors' code. 35 other combinations are" in text
     )
     assert text.index("No: in none of the 4 size") < text.index("says yes in 3 of 4,") and "9.99" not in text
     assert (
@@ -704,7 +704,7 @@ def test_many_surfaces_stand_by_their_share_and_only_the_first_of_them(tmp_path,
         "Medians over 4 surfaces." in text and "are best on average over 4 surfaces: 68 % of the dots" in text
     )
     assert (
-        "are kept; d = 2.60 if all but the largest" in text
+        "are kept; the cross-validated d is 2.60 if all but the largest" in text
         and "The 95 % interval of its share is 2.9 to 3.8 % (medians)." in text
     )
     cells = [cell for cell in page.find("td") if cell.text in ("4,000", "2.0")]
