@@ -21,7 +21,8 @@ from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.residues import standard_name
 from sparsurf.molecules.selection import POLYMERS, Groups, Partners, groups_of_atoms, partners_of_atoms
 from sparsurf.suggestions import public
-from sparsurf.surfaces.areas import areas_of_spheres, contacts_of_spheres
+from sparsurf.surfaces.areas import areas_of_spheres, contacts_of_rolled
+from sparsurf.surfaces.dot_placement import roll_checked
 from sparsurf.surfaces.radii import PROBE_RADIUS, check_radii
 from sparsurf.surfaces.radii import radii as radii_of
 
@@ -149,7 +150,8 @@ class Areas:
         """Atoms, the partners that bury some of their area, and that area."""
         molecule, partners = self._known("contacts")
         xyz, radii = molecule.xyz[self.frame].round(3), radii_of(molecule, self.table or "dms")
-        return contacts_of_spheres(xyz, radii, self.probe_radius, partners.number)
+        rolled = roll_checked(xyz, radii, self.probe_radius, in_order=True)
+        return contacts_of_rolled(rolled, partners.number)
 
     @property
     def _areas(self) -> dict[str, np.ndarray]:

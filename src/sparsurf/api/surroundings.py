@@ -19,7 +19,8 @@ from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.molecules.residues import first_atoms
 from sparsurf.molecules.selection import POLYMERS, Partners, partners_of_atoms
-from sparsurf.surfaces.areas import areas_of_spheres, contacts_of_spheres
+from sparsurf.surfaces.areas import areas_of_rolled, areas_of_spheres, contacts_of_rolled
+from sparsurf.surfaces.dot_placement import roll_checked
 from sparsurf.surfaces.grid import pairs_within
 from sparsurf.surfaces.radii import radii
 
@@ -99,7 +100,8 @@ def drawn_without_surface(drawn: Molecule, n_atoms: int) -> list[str]:
 def contacts_on_page(drawn: Molecule, frames: Iterable[np.ndarray], rules: Rules) -> pd.DataFrame | None:
     """Return the contacts of a molecule over frames (A, 3), Å, as `frames` does, the largest first; None where there are none.
 
-    Columns are the `number` of the residue, its `own` partner, the `partner` that buries it, `occupancy` and `mean`, Å^2.
+    Columns are the `number` of the residue, its `own` partner, the `partner` that buries it, `occupancy`, `mean`, Å^2, and
+    `together`, Å^2, which all partners bury of the residue in the mean.
     """
     number, names = partners_of_atoms(drawn)
     chains = {*drawn.chain[np.isin(drawn.kind, POLYMERS)].tolist()}
@@ -107,17 +109,20 @@ def contacts_on_page(drawn: Molecule, frames: Iterable[np.ndarray], rules: Rules
     if len(partners.names) == 1:
         return None
     sizes = _radii_on_page(drawn, rules)
-    found = []
+    found, together = [], np.zeros(drawn.n_residues)
     for xyz in frames:
         try:
             refuse_overlapping_partners(drawn, partners, xyz.round(3))
         except InputError:
             return None
-        atom, partner, buried = contacts_of_spheres(xyz.round(3), sizes, rules.probe_radius, partners.number)
+        rolled = roll_checked(xyz.round(3), sizes, rules.probe_radius, in_order=True)
+        atom, partner, buried = contacts_of_rolled(rolled, partners.number)
         found.append(sums_of_contacts(drawn.residue_index[atom], partner, buried))
+        together += np.bincount(drawn.residue_index, areas_of_rolled(rolled, partners.number).buried)
     table = contacts_over_frames(drawn, partners, found, len(found)).rename_axis("number").reset_index()
     first = first_atoms(drawn.residue_index)
     table["own"] = partners.labels[first[table["number"]]]
+    table["together"] = together[table["number"]] / len(found)
     table = table[table["mean"] >= LEAST_BURIED]
     return table.sort_values("mean", ascending=False, kind="stable", ignore_index=True)
 

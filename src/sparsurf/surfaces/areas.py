@@ -128,13 +128,6 @@ def _buried_areas(rolling: Rolling, accessible: np.ndarray, chain: np.ndarray) -
     return np.where(buried > ROUNDING, buried, 0.0)
 
 
-def contacts_of_spheres(
-    xyz: np.ndarray, radii: np.ndarray, probe: float, chain: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Compute what partners `chain` (A,) int bury of each other: see `contacts_of_rolled`."""
-    return contacts_of_rolled(roll_checked(xyz, radii, probe, in_order=True), chain)
-
-
 def contacts_of_rolled(rolled: Rolled, chain: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Compute the accessible area of each atom that each partner buries where only the two are present.
 

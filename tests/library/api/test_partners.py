@@ -283,6 +283,10 @@ def test_contacts_pairs_and_the_page_agree_on_a_dimer_with_its_ligand(shared):
     assert page["partner"].replace(names).tolist() == listed["partner"].tolist()
     labels = molecule.residues.iloc[page["number"]]
     assert labels["residue"].tolist() == listed["residue"].tolist()
+    # two partners cover the same place of the ligand, so that their areas add up to more than both bury
+    ligand, own = page[page["own"] == "XK2 263 A"], areas.partners.labels == "XK2 263 A"
+    assert ligand["together"].tolist() == pytest.approx([areas.buried[own].sum()] * 2)
+    assert ligand["together"].iloc[0] == pytest.approx(792.0, abs=0.1) and ligand["mean"].sum() > 940
 
 
 def partners_of_residues(areas):

@@ -128,12 +128,23 @@ def overview_of_dots(
 
 
 def largest_contacts(scene: PageScene) -> list[tuple[Any, ...]]:
-    """Return pairs of partners, the area that the second one buries of the first, Å^2, and the number of residues."""
+    """Return pairs of partners, the area that the second one buries of the first, Å^2, and the number of residues.
+
+    Where several partners touch one, a row at the end says what they bury of it together.
+    """
     if scene.contacts is None:
         return []
     pairs = scene.contacts.groupby(["own", "partner"], sort=False)["mean"].agg(["sum", "size"])
-    rows = pairs.sort_values("sum", ascending=False, kind="stable").head(MAX_PAIRS)
-    return [(*names, *row) for names, row in zip(rows.index, rows.to_numpy(), strict=True)]
+    together = scene.contacts.drop_duplicates("number").groupby("own")["together"].agg(["sum", "size"])
+    together = together[pairs.groupby("own").size() > 1]
+    together.index = pd.MultiIndex.from_product([together.index, ["all partners"]])
+    rows = [
+        table.sort_values("sum", ascending=False, kind="stable").head(MAX_PAIRS)
+        for table in (pairs, together)
+    ]
+    return [
+        (*names, *row) for table in rows for names, row in zip(table.index, table.to_numpy(), strict=True)
+    ]
 
 
 def in_list(residues: pd.DataFrame) -> tuple[list[int], int]:
