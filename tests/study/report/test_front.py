@@ -133,7 +133,8 @@ def test_the_answer_that_counts_is_the_first_and_the_best_combination_has_one_va
         "Is the paper's sampling better than random dots? No: in none of the 4 size ranges is the sampling significantly"
         " better than random dots.",
         "The authors' own test says yes in 3 of 4, but it also counts how patches fall apart.",
-        "Best parameters: (α, β, γ, δ) = (1, 0, 4, 6), which keep 43 % of the dots; the cross-validated d is 2.42 (2.17 to 2.72) if"
+        "Best parameters: (α, β, γ, δ) = (1, 0, 4, 6), which keep 43 % of the dots; the cross-validated d is"
+        " 2.42 (2.17 to 2.72) if"
         f" {condition} in each subset, as in the authors' code. 35 other combinations are statistically"
         " indistinguishable.",
         "Sufficient subset (minimal.csv): 45 dots, 8.0 % of all, 0.20 per Å². The surface reconstructed from it deviates"
@@ -724,9 +725,11 @@ def test_two_surfaces_are_named_one_by_one(tmp_path):
     condition = "if all but the largest island are removed in each subset, as in the authors' code"
     others = "35 other combinations are statistically indistinguishable."
     assert answers[2:4] == [
-        "a: Best parameters: (α, β, γ, δ) = (1, 0, 4, 6), which keep 43 % of the dots; the cross-validated d is 2.42 (2.17 to 2.72)"
+        "a: Best parameters: (α, β, γ, δ) = (1, 0, 4, 6), which keep 43 % of the dots; the cross-validated d is"
+        " 2.42 (2.17 to 2.72)"
         f" {condition}. {others}",
-        "b: Best parameters: (α, β, γ, δ) = (1, 0, 4, 6), which keep 44 % of the dots; the cross-validated d is 3.42 (3.17 to 3.72)"
+        "b: Best parameters: (α, β, γ, δ) = (1, 0, 4, 6), which keep 44 % of the dots; the cross-validated d is"
+        " 3.42 (3.17 to 3.72)"
         f" {condition}. {others}",
     ]
     text = text_of(tmp_path)

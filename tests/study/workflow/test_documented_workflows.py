@@ -121,7 +121,8 @@ def test_snakemake_alone_plans_what_make_run_plans(tmp_path):
     """In a checkout that is set up, without a config: the default study."""
     place = checkout(tmp_path / "checkout")
     python = place / ".venv" / "bin" / "python"
-    command = re.search(r"^\.venv/bin/snakemake (--cores .*)$", TEXT, re.M)[1].split()
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    command = re.search(r"`\.venv/bin/snakemake (-c2) --configfile my_study\.yaml`", readme)[1].split()
     calls = (
         [python, "-m", "snakemake", *command, "-n"],
         [python, "-m", "sparsurf_study", "run", "config.yaml", *command, "-n"],
