@@ -42,6 +42,8 @@ def _interrupt(number: int, frame: FrameType | None) -> NoReturn:
 
 def _stop(_number: int, _: FrameType | None) -> NoReturn:
     on_stop(lambda *_: None)  # Python would print a traceback of a signal that waits and is ignored
+    # `scancel`, which Snakemake starts now, inherits this and is not ended.
+    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGTERM})
     SIGNALLED.set()
     threading.Thread(target=_end_jobs).start()  # no daemon: this process waits for the last of them
     raise KeyboardInterrupt

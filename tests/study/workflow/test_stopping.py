@@ -124,7 +124,8 @@ def test_a_stopped_study_continues_to_the_bytes_of_an_undisturbed_one(
         assert process.wait(60) != 0
     assert jobs and not still_running(jobs)
     text = said.read_text()
-    assert "Failed" not in text and "Traceback" not in text, text
+    # Of a terminal that is closed nobody reads whether the jobs ended before Snakemake heard of it.
+    assert ("Failed" not in text or signal.SIGHUP in signals) and "Traceback" not in text, text
     assert "Stopped. Finished results stay" in text or len(signals) > 1, text
     assert kills.run(kills.study("one", ROUGHNESS), folder).returncode == 0
     known, found = (kills.content(root / "results" / "one" / "one") for root in (undisturbed, folder))
