@@ -20,6 +20,7 @@ from small_study import unpacked
 from sparsurf.api import frame_pages
 from sparsurf.api.surroundings import with_surroundings
 from sparsurf.cli import command
+from sparsurf.views.overview import page
 from sparsurf.views.page import library, packing, scene, shapes
 
 TDP43 = ROOT / "data" / "tdp43" / "topology.pdb"
@@ -384,6 +385,14 @@ def test_the_profile_of_a_long_chain_fits_on_the_page(browser, tmp_path):
     assert [residue for _, marks in rows for residue, _ in marks] == [*range(230)]
     assert rows[2][1][5][1] == rows[0][1][5][1]
     assert browser.complaints() == []
+
+
+def test_a_page_says_how_many_residues_of_a_large_molecule_have_no_profile(tmp_path, monkeypatch):
+    monkeypatch.setattr(page, "MAX_PROFILED", 3)
+    (tmp_path / "five.pdb").write_text(peptide(["ALA"] * 5) + "END\n")
+    html = sparsurf.show(tmp_path / "five.pdb", tmp_path / "page.html", open_browser=False).html
+    assert "The profiles of the last 2 residues are left out" in Page(html).text
+    assert sorted({*re.findall(r'<circle[^>]* data-residue="(\d+)"', html)}) == ["0", "1", "2"]
 
 
 def page_rows(html, first):

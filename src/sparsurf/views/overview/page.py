@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 
 PAGE, DOTS = "page.html.j2", "base.html.j2"
 FOLDERS = Path(__file__).parent, Path(library.__file__).parent
+MAX_PROFILED = 8_000  # Residues beyond these have no profile, so that a page stays small.
 MAX_PAIRS = 12  # The table of contacts lists at most so many pairs of partners.
 N_OPEN = 8  # chains whose profile is not folded
 
@@ -177,7 +178,10 @@ def residue_words(residues: pd.DataFrame | None) -> dict[str, Any]:
     rough = roughest(residues)
     rows = [row | {"means": [row[name] for name in columns]} for row in labelled_rows(rough)]
     means = [named_field(str(name).removeprefix("mean_")) for name in columns]
-    return {"table": True, "panels": panels(residues), "rough": rows, "means": means, "min_area": MIN_AREA}
+    return {
+        "table": True, "panels": panels(residues.head(MAX_PROFILED)), "rough": rows, "means": means, "min_area": MIN_AREA,
+        "n_unprofiled": len(residues) - MAX_PROFILED,
+    }  # fmt: skip
 
 
 def labelled_rows(residues: pd.DataFrame) -> Iterator[dict[Any, Any]]:
