@@ -26,6 +26,13 @@ def test_every_function_for_users_has_an_example(name):
     assert f"sparsurf.{name}(" in getattr(sparsurf, name).__doc__
 
 
+@pytest.mark.parametrize("name", [*sparsurf.FUNCTIONS, *sparsurf.CLASSES])
+def test_every_heading_has_a_line_of_its_own(name):
+    """Elsewhere, the book and help() would show it as words of the paragraph below."""
+    lines = getattr(sparsurf, name).__doc__.splitlines()
+    assert not [line for line in lines if re.search(r"\w -{3,}", line)]
+
+
 def test_what_is_not_there_is_reported():
     with pytest.raises(AttributeError, match="no attribute 'surfce'"):
         sparsurf.surfce  # noqa: B018

@@ -220,10 +220,12 @@ def areas(
         The molecule cannot be read or holds dots, atoms of two partners have the same position, groups do not fit the molecule,
         or an argument is outside of its limits.
 
-    Notes ----- The areas are those of Lee and Richards, J. Mol. Biol. 55:379 (1971), and of Connolly, J. Appl. Cryst. 16:548
-    (1983). Where the probe touches several atoms at once, the excluded surface is divided among them as the dots of `surface`
-    are: a saddle halfway between its two atoms, and a concave triangle by nearest atom. The maxima of Tien et al., PLoS ONE
-    8:e80635 (2013), are for residues without hydrogens and depend on the radii, so that shares may exceed 1.
+    Notes
+    -----
+    The areas are those of Lee and Richards, J. Mol. Biol. 55:379 (1971), and of Connolly, J. Appl. Cryst. 16:548 (1983). Where
+    the probe touches several atoms at once, the excluded surface is divided among them as the dots of `surface` are: a saddle
+    halfway between its two atoms, and a concave triangle by nearest atom. The maxima of Tien et al., PLoS ONE 8:e80635 (2013),
+    are for residues without hydrogens and depend on the radii, so that shares may exceed 1.
 
     Examples
     --------

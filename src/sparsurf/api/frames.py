@@ -195,8 +195,8 @@ def frames(
     path : str or Path, optional
         File in .parquet (needs pyarrow) or .csv for the table of residues; the others are written next to it, as run_frames.csv,
         run_ranking.csv and run_contacts.csv next to run.csv. A stopped call continues from its finished frames.
-    stride, jobs : int
-        Every stride-th frame is measured, in this number of processes (default 1, all frames, in one process).
+    stride : int
+        Every stride-th frame is measured (default 1, all frames).
     fields : str, callable, or sequence of these
         Fields whose mean is taken over the dots of each residue (default none); any name that `fields` accepts.
     probe_radius : float
@@ -212,6 +212,8 @@ def frames(
         Whether the standard deviation over the frames counts, or the highest minus the lowest value (default 'sd').
     groups : str or sequence, optional
         Partners that bury each other, as in `areas`; atoms of no group are absent (default: each chain and each ligand).
+    jobs : int
+        Number of processes (default 1); the results do not depend on it.
 
     Returns
     -------
@@ -229,9 +231,11 @@ def frames(
         The trajectory does not belong to the structure, a frame has no surface, an argument is outside of its limits, or a file
         would replace an input or a file of another kind.
 
-    Notes ----- The numbers of a frame are those of `residues(surface(molecule, frame=...))` and `areas(molecule, frame=...)`.
-    Residues with less than 20 Å^2 of area in the mean, with a value in fewer than half of the frames, or without a change come
-    last, without a rank.
+    Notes
+    -----
+    The numbers of a frame are those of `residues(surface(molecule, frame=...))` and `areas(molecule, frame=...)`. Residues with
+    less than 20 Å^2 of area in the mean, with a value in fewer than half of the frames, or without a change come last, without a
+    rank.
 
     Examples
     --------

@@ -55,7 +55,9 @@ def infer_atoms(
         The dots cannot be used, a radius is not allowed, or the dots vote for no probe radius, because they lie on a surface of
         another kind, carry noise, or are fewer than 100.
 
-    Notes ----- Each dot of a solvent-excluded surface (Connolly, J. Appl. Cryst. 16:548, 1983) has the centre of its probe at p +
+    Notes
+    -----
+    Each dot of a solvent-excluded surface (Connolly, J. Appl. Cryst. 16:548, 1983) has the centre of its probe at p +
     probe_radius n, and that probe touches one atom (contact dot), two (saddle) or three (concave) and holds none. An atom of
     radius r is therefore the centre of a sphere of radius r + probe_radius that passes through probe centres and holds none
     inside. Three dots, or a contact dot and another, determine it. No earlier method that does this was found.

@@ -113,9 +113,11 @@ def minimal(
     InputError
         More than one size is given, or the size cannot be had from this surface.
 
-    Notes ----- With 'cover', `recover` infers the atoms from the kept dots, which are chosen by the error that these atoms
-    predict. They serve the reconstruction by spheres alone: with the interpolant they err by 20 to 40 % more than evenly spread
-    ones, and the loss of a random tenth of them raises the mean error from 0.002 to 0.06 to 0.1 Å.
+    Notes
+    -----
+    With 'cover', `recover` infers the atoms from the kept dots, which are chosen by the error that these atoms predict. They
+    serve the reconstruction by spheres alone: with the interpolant they err by 20 to 40 % more than evenly spread ones, and the
+    loss of a random tenth of them raises the mean error from 0.002 to 0.06 to 0.1 Å.
 
     Examples
     --------

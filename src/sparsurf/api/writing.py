@@ -484,16 +484,18 @@ def write(
         that the molecule was read from, or a file that a .cxc or a .vert needs next to it exists already and was not written
         there as such.
 
-    Notes ----- .pml and .cxc open the dots on their molecule in PyMOL and ChimeraX (a NAME.cxc with NAME_dots.bild and
-    NAME_molecule.pdb next to it), .bild holds spheres, and .pdb holds each dot as an atom whose B factor is its weight or its
-    first field, with an occupancy of 0 where that is unknown. A .vtp (for ParaView and PyVista) holds dots or a mesh with all
-    their numbers, a .html is an interactive page, as that of `show`, a .parquet holds Points in the columns of `sparsurf points`,
-    and a .png is a picture, for which matplotlib must be installed. A molecule is written as PDB, or as spheres of the radii
-    'dms' (.xyzr, .xyzrn). Atoms of a surface are written as .xyzr, .pqr or .pdb (with the radii as B factors), whose header says
-    probe and radii. A mesh is written as PLY, as npz with `vertices`, `faces`, `normals` and its fields, as .vert with a .face
-    next to it, as by the program MSMS, or by trimesh, which must be installed, as .obj, .glb or .stl; in PLY and npz its numbers
-    are float32 and its triangles int32. An npz of dots holds `points`, `normals` and their fields. `read_surface` reads .ply,
-    .npz and .vert.
+    Notes
+    -----
+    .pml and .cxc open the dots on their molecule in PyMOL and ChimeraX (a NAME.cxc with NAME_dots.bild and NAME_molecule.pdb
+    next to it), .bild holds spheres, and .pdb holds each dot as an atom whose B factor is its weight or its first field, with an
+    occupancy of 0 where that is unknown. A .vtp (for ParaView and PyVista) holds dots or a mesh with all their numbers, a .html
+    is an interactive page, as that of `show`, a .parquet holds Points in the columns of `sparsurf points`, and a .png is a
+    picture, for which matplotlib must be installed. A molecule is written as PDB, or as spheres of the radii 'dms' (.xyzr,
+    .xyzrn). Atoms of a surface are written as .xyzr, .pqr or .pdb (with the radii as B factors), whose header says probe and
+    radii. A mesh is written as PLY, as npz with `vertices`, `faces`, `normals` and its fields, as .vert with a .face next to it,
+    as by the program MSMS, or by trimesh, which must be installed, as .obj, .glb or .stl; in PLY and npz its numbers are float32
+    and its triangles int32. An npz of dots holds `points`, `normals` and their fields. `read_surface` reads .ply, .npz and
+    .vert.
 
     Examples
     --------

@@ -64,8 +64,8 @@ HEXADECIMAL = re.compile(r"[0-9a-f]{4}|[0-9A-F]{4}")
 MIN_B_FACTOR, MAX_B_FACTOR = -99.99, 999.99  # The B factors that fit into six characters.
 # A serial number beyond 99999, which begins one column earlier or moves what is behind it
 LONG_SERIAL = re.compile(r"(?m)^(ATOM  ?|HETATM)\d{6,}(?=.{23}\.\d{3}.{4}\.\d{3}.{4}\.\d{3})")
-NUMBER_TOO_LARGE = "****"  # Fortran writes a number of a residue so that its columns do not hold.
-MAX_JUMP = 1000  # Numbers rise by no more where hexadecimal ones begin.
+NUMBER_TOO_LARGE = "****"  # Fortran writes this for a number that its columns do not hold.
+MAX_JUMP = 1000  # Residue numbers rise by at most so much where hexadecimal ones begin.
 # Hybrid-36: A000 follows 9999, a000 follows ZZZZ.
 HYBRID_36 = re.compile(r"[A-Z][0-9A-Z]{3}|[a-z][0-9a-z]{3}")
 FIRST_UPPER, FIRST_LOWER, N_PER_CASE = int("A000", 36), int("a000", 36), 26 * 36**3
