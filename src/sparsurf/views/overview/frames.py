@@ -83,7 +83,7 @@ def overview_of_frames(
         shapes, atoms, numbers=shown, frames=labels, areas=whole.tolist(), contacts=touching, colour="number 0",
         order=[*residues.index], n_ranked=len(in_rank), orders="most changing",
     )  # fmt: skip
-    context["pairs"] = largest_contacts(scene)
+    context |= largest_contacts(scene)
     return scene.around(lambda data: render_template(TEMPLATE, data=data, **context))
 
 

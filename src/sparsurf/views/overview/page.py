@@ -112,7 +112,7 @@ def overview(
         "notes": notes.sentences, "missing": missing,
         "left_out": notes.left_out, "counts": counts, "links": links, "origin": origin,
     }  # fmt: skip
-    context |= residue_words(residues) | {"pairs": largest_contacts(scene)}
+    context |= residue_words(residues) | largest_contacts(scene)
     return scene.around(lambda data: render_template(PAGE, data=data, **context), max_bytes)
 
 
@@ -128,24 +128,24 @@ def overview_of_dots(
     return scene.around(lambda data: render_template(DOTS, data=data, **context), MAX_BYTES_IN_REPORT)
 
 
-def largest_contacts(scene: PageScene) -> list[tuple[Any, ...]]:
-    """Return pairs of partners, the area that the second one buries of the first, Å^2, and the number of residues.
+def largest_contacts(scene: PageScene) -> dict[str, Any]:
+    """Return `pairs` of partners, the area that the second one buries of the first, Å^2, and the number of residues.
 
-    Where several partners touch one, a row at the end says what they bury of it together.
+    Where several partners touch one, a row of `together` says what they bury of it together.
     """
     if scene.contacts is None:
-        return []
+        return {"pairs": [], "together": []}
     pairs = scene.contacts.groupby(["own", "partner"], sort=False)["mean"].agg(["sum", "size"])
     together = scene.contacts.drop_duplicates("number").groupby("own")["together"].agg(["sum", "size"])
     together = together[pairs.groupby("own").size() > 1]
     together.index = pd.MultiIndex.from_product([together.index, ["all partners"]])
-    rows = [
-        table.sort_values("sum", ascending=False, kind="stable").head(MAX_PAIRS)
-        for table in (pairs, together)
-    ]
-    return [
-        (*names, *row) for table in rows for names, row in zip(table.index, table.to_numpy(), strict=True)
-    ]
+    return {"pairs": _largest(pairs), "together": _largest(together)}
+
+
+def _largest(contacts: pd.DataFrame) -> list[tuple[Any, ...]]:
+    """Return the names and the numbers of the largest contacts."""
+    rows = contacts.sort_values("sum", ascending=False, kind="stable").head(MAX_PAIRS)
+    return [(*names, *row) for names, row in zip(rows.index, rows.to_numpy(), strict=True)]
 
 
 def in_list(residues: pd.DataFrame) -> tuple[list[int], int]:
