@@ -61,7 +61,7 @@ def unit(vectors: np.ndarray) -> np.ndarray:
     return vectors / np.linalg.norm(vectors, axis=1)[:, None]
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def soft_distance(
     points: np.ndarray, xyz: np.ndarray, smoothness: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:

@@ -157,13 +157,12 @@ def _is_inside(source: str, package: str) -> bool:
 
 
 def njit(**options: Any) -> Callable[[Function], Function]:
-    """Compile a function with `numba.njit(**options)`, and store it as `LightCache` does.
+    """Compile a function with `numba.njit(cache=True, nogil=True, **options)`, and store it as `LightCache` does.
 
     Where this numba lacks what `LightCache` uses, kernels are compiled in each process: a stored one might be that of another
     version.
     """
-    if not NUMBA_OFFERS_IT:
-        options = options | {"cache": False}
+    options = {"cache": NUMBA_OFFERS_IT, "nogil": True} | options
 
     def decorate(function: Function) -> Function:
         kernel: Any = numba.njit(**options)(function)

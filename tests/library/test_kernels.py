@@ -36,14 +36,14 @@ def test_stored_kernels_load_without_what_compiles_them():
 
 def test_another_numba_stores_no_kernel(monkeypatch):
     """A kernel that it stored would be that of the older version after an upgrade."""
-    assert type(kernels.njit(cache=True)(double)._cache) is kernels.LightCache
+    assert type(kernels.njit()(double)._cache) is kernels.LightCache
     monkeypatch.setattr(kernels, "NUMBA_OFFERS_IT", False)
-    kernel = kernels.njit(cache=True)(double)
+    kernel = kernels.njit()(double)
     assert kernel.stats.cache_path is None and kernel(21) == 42
 
 
 def test_a_kernel_that_is_not_stored_stays_as_numba_makes_it():
-    kernel = kernels.njit()(double)
+    kernel = kernels.njit(cache=False)(double)
     assert kernel(21) == 42 and kernel.stats.cache_path is None
 
 
@@ -54,7 +54,7 @@ from sparsurf.kernels import njit
 class {type}(NamedTuple):
     number: float
 
-@njit(cache=True)
+@njit()
 def scaled(of):
     return {factor} * of.number
 

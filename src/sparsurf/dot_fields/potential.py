@@ -46,7 +46,7 @@ def potential_of_unit_charge(r: np.ndarray) -> np.ndarray:
     return GAIN * COULOMB * np.exp(-r / DEBYE) / (eps * r)
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _sum_terms(
     positions: np.ndarray, charges: np.ndarray, points: np.ndarray, table: np.ndarray
 ) -> np.ndarray:

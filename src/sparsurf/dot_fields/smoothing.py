@@ -24,7 +24,7 @@ def gaussian_mean(
     return out
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _smooth(values: np.ndarray, grid: PointGrid, sigma: float, points: np.ndarray, out: np.ndarray) -> None:
     """Write the Gaussian mean at each point to `out`."""
     for i in range(len(points)):

@@ -316,7 +316,7 @@ def _describe_slices(
     return sizes
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _distances(z: np.ndarray, target: np.ndarray, test: np.ndarray) -> np.ndarray:
     """Compute the distance of each descriptor to the target of its test."""
     out = np.empty(len(z))

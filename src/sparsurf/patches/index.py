@@ -63,7 +63,7 @@ def build_grid(points: np.ndarray, normals: np.ndarray | None = None, side: floa
     )
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _link(grid: PatchIndex, d_link: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the positions closer than `d_link` to each, as CSR rows that are padded to `MIN_LINKS_PER_DOT`."""
     xyz, n = grid.xyz, len(grid.xyz)
@@ -89,7 +89,7 @@ def _link(grid: PatchIndex, d_link: float) -> tuple[np.ndarray, np.ndarray]:
     return link_start, link[: link_start[n]].copy()
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def room_around(index: PatchIndex, centre: Vector, radius: float) -> int:
     """Return an upper bound on the dots within a radius of a point, Å."""
     n, columns = 0, columns_around(index.lattice, centre, radius)
@@ -98,7 +98,7 @@ def room_around(index: PatchIndex, centre: Vector, radius: float) -> int:
     return n
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def ball_bound(index: PatchIndex, points: np.ndarray, radius: float) -> int:
     """Return an upper bound on the dots within a radius of any point (Å): the buffer size of `ball`."""
     bound = 0
@@ -107,7 +107,7 @@ def ball_bound(index: PatchIndex, points: np.ndarray, radius: float) -> int:
     return bound
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def ball(index: PatchIndex, centre: Vector, radius: float, out: np.ndarray) -> int:
     """Write the positions of the dots within a radius (Å, inclusive) of a point into `out`, and return their number."""
     n = 0
@@ -132,7 +132,7 @@ def ball(index: PatchIndex, centre: Vector, radius: float, out: np.ndarray) -> i
     return n
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def compact_groups(xyz: np.ndarray) -> np.ndarray:
     """Order positions so that each run of `GROUP_SIZE` is compact: boxes are divided along their longest side."""
     order, n_stacked = np.arange(len(xyz)).astype(np.int32), 1
@@ -159,7 +159,7 @@ def compact_groups(xyz: np.ndarray) -> np.ndarray:
     return order
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _divide(xyz: np.ndarray, axis: int, order: np.ndarray, begin: int, end: int, middle: int) -> None:
     """Reorder order[begin:end] until no entry before `middle` is above one after it along an axis (quickselect)."""
     low, high = begin, end - 1
@@ -185,7 +185,7 @@ def _divide(xyz: np.ndarray, axis: int, order: np.ndarray, begin: int, end: int,
             return
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def middle(xyz: np.ndarray, members: np.ndarray) -> tuple[Vector, float, int]:
     """Return the middle of the box around positions, its distance to the farthest of them, and the nearest one."""
     halfway, farthest, nearest, best = np.empty(3), 0.0, np.inf, members[0]
@@ -203,7 +203,7 @@ def middle(xyz: np.ndarray, members: np.ndarray) -> tuple[Vector, float, int]:
     return centre, math.sqrt(farthest) + ROUNDING_MARGIN, best
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def balls(
     index: PatchIndex,
     members: np.ndarray,
@@ -252,7 +252,7 @@ def balls(
     return n_near
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def select_separated(
     index: PatchIndex, order: np.ndarray, radius: float, max_dots: int, n_fixed: int
 ) -> np.ndarray:
@@ -303,7 +303,7 @@ def nearest_dots(
     return dot, distance
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _write_nearest(
     index: PatchIndex,
     points: np.ndarray,

@@ -23,14 +23,14 @@ JUDGED_PATCHES = 200  # by which the patches of dots are judged
 MIN_SHARE_IN_ISLAND = 0.9
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def mark_all(mark: np.ndarray, ids: np.ndarray, n: int) -> None:
     """Set `mark` to 1 at `ids[:n]`."""
     for k in range(n):
         mark[np.uintp(ids[k])] = 1
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def largest_island(
     ids: np.ndarray,
     n: int,
@@ -84,7 +84,7 @@ def largest_island(
     return int(begin), int(end)
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def spread_words(
     ids: np.ndarray,
     word: np.ndarray,
@@ -126,7 +126,7 @@ def spread_words(
         end = last
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _update(
     i: np.uintp, word: np.uint64, link_start: np.ndarray, link: np.ndarray, reached: np.ndarray
 ) -> tuple[bool, bool]:
@@ -140,7 +140,7 @@ def _update(
     return bits != before, bits != word
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def drop_small_islands(
     ids: np.ndarray, word: np.ndarray, link_start: np.ndarray, link: np.ndarray, around: np.ndarray
 ) -> None:
@@ -175,7 +175,7 @@ def drop_small_islands(
         around[np.uintp(ids[k])] = np.uint64(0)
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _smallest_key(
     queue: np.ndarray, begin: int | np.integer, end: int | np.integer, key: np.ndarray
 ) -> np.int64:
@@ -186,7 +186,7 @@ def _smallest_key(
     return smallest
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def patch_of(
     index: PatchIndex,
     p: int | np.integer,

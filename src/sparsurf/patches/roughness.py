@@ -63,7 +63,7 @@ def published(index: PatchIndex, radius: float, threads: int) -> np.ndarray:
     return out
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _roughness(
     index: PatchIndex, order: np.ndarray, first: int, last: int, radius: float, out: np.ndarray
 ) -> None:
@@ -116,7 +116,7 @@ def _roughness(
                 out[index.dot[p]] = mean_cosine(index.normals, work, begin, end)
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _sum_normals(
     normals: np.ndarray,
     ids: np.ndarray,
@@ -165,7 +165,7 @@ def _sum_normals(
             sums[m, c] = total
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def mean_cosine(normals: np.ndarray, ids: np.ndarray, begin: int, end: int) -> float:
     """Return the mean over ids[begin:end] of cos(n_j, mean normal), at least 0; 1 for one normal. Normals have any length."""
     mx = my = mz = ux = uy = uz = 0.0
@@ -181,7 +181,7 @@ def mean_cosine(normals: np.ndarray, ids: np.ndarray, begin: int, end: int) -> f
     return _cosine(mx, my, mz, ux, uy, uz, float(end - begin))
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _cosine(mx: float, my: float, mz: float, ux: float, uy: float, uz: float, n: float) -> float:
     """Return the mean cosine of n unit vectors with the sum (ux, uy, uz) to (mx, my, mz), at least 0; 1 for a single one."""
     # As in the authors' code, a patch of one dot is flat, and a negative mean is 0

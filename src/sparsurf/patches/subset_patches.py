@@ -35,21 +35,21 @@ def add_subset(bit_words: np.ndarray, index: PatchIndex, subset: np.ndarray, bit
     _set_bit(bit_words, index.position, np.asarray(subset, np.int64), np.uint64(1 << int(bit)))
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _set_bit(bit_words: np.ndarray, position: np.ndarray, subset: np.ndarray, bit: np.uint64) -> None:
     """Set a bit in the words of a subset's dots."""
     for j in subset:
         bit_words[position[j]] |= bit
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _copy(source: np.ndarray, target: np.ndarray, n: int) -> None:
     """Copy `n` elements; numba takes seconds to compile the assignment of a slice to a slice."""
     for k in range(n):
         target[k] = source[k]
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _distribute(dots: np.ndarray, word: np.ndarray, lists: np.ndarray, count: np.ndarray) -> None:
     """Append each dot to the lists of the subsets whose bit is set; subset b gets lists[b, :count[b]], in the order of `dots`."""
     count[:] = 0
@@ -62,7 +62,7 @@ def _distribute(dots: np.ndarray, word: np.ndarray, lists: np.ndarray, count: np
             remaining &= remaining - np.uint64(1)
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def patches_of(
     index: PatchIndex,
     tests: np.ndarray,
@@ -136,7 +136,7 @@ def patches_of(
                 start[row] = end_of_ids
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def hashes_of_dots(n_dots: int) -> np.ndarray:
     """Return a hash of each number from 0 to n_dots - 1, (n_dots,) uint64 (the finaliser of SplitMix64)."""
     out = np.empty(n_dots, np.uint64)
@@ -148,7 +148,7 @@ def hashes_of_dots(n_dots: int) -> np.ndarray:
     return out
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def new_patches(
     ids: np.ndarray,
     start: np.ndarray,
@@ -189,7 +189,7 @@ def new_patches(
     return int(n)
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def nested_patches_of(
     index: PatchIndex,
     tests: np.ndarray,
@@ -256,7 +256,7 @@ def nested_patches_of(
     return int(patches)
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _first_by_rank(ids: np.ndarray, n: int, rank: np.ndarray, end: int) -> np.integer:
     """Move those of `ids[:n]` with a rank below `end` to the front, sorted by rank, and return their number.
 
@@ -277,7 +277,7 @@ def _first_by_rank(ids: np.ndarray, n: int, rank: np.ndarray, end: int) -> np.in
     return m
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _root(parent: np.ndarray, k: int | np.integer) -> int | np.integer:
     """Return the root of the island of slot k, and shorten the way to it."""
     while parent[k] != k:
@@ -286,7 +286,7 @@ def _root(parent: np.ndarray, k: int | np.integer) -> int | np.integer:
     return k
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _join(
     index: PatchIndex,
     ids: np.ndarray,

@@ -70,7 +70,7 @@ def curvature(index: PatchIndex, radius: float = R_ZERNIKE, threads: int = 1) ->
     return out
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _curvature(
     index: PatchIndex, begin: int, end: int, radius: float, max_dots: int, out: np.ndarray
 ) -> None:

@@ -75,7 +75,7 @@ def fit_interpolants(
     return Interpolants(index, spacing, count, curvature, centre, coefficient, support)
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _fit(
     index: PatchIndex,
     begin: int,
@@ -118,7 +118,7 @@ def _fit(
                 coefficient[i, c, a] = right[4 * a + c]
 
 
-@njit(cache=True, nogil=True, inline="always")
+@njit(inline="always")
 def phi(r: float) -> tuple[float, float, float]:
     """Return Wendland's function at r (in supports), its derivative over r, and the derivative of that over r."""
     u = 1.0 - r if r < 1.0 else 0.0
@@ -126,7 +126,7 @@ def phi(r: float) -> tuple[float, float, float]:
     return u4 * u * u * ((35.0 * r + 18.0) * r + 3.0), -56.0 * (1.0 + 5.0 * r) * u4 * u, 1680.0 * u4
 
 
-@njit(cache=True, nogil=True, inline="always")
+@njit(inline="always")
 def _write_block(centre: np.ndarray, a: int, b: int, matrix: np.ndarray) -> None:
     """Write the block of neighbours a and b into the lower triangle: value and gradient at a of the functions at b."""
     x, y, z = centre[0, a] - centre[0, b], centre[1, a] - centre[1, b], centre[2, a] - centre[2, b]
@@ -144,7 +144,7 @@ def _write_block(centre: np.ndarray, a: int, b: int, matrix: np.ndarray) -> None
     matrix[p + 2, q + 3] = matrix[p + 3, q + 2] = -h * y * z
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _solve(matrix: np.ndarray, right: np.ndarray, m: int) -> None:
     """Solve the system by Cholesky's method, in place on the lower triangle and in `right`; m is a multiple of four."""
     for i in range(0, m, 4):
@@ -176,7 +176,7 @@ def _solve(matrix: np.ndarray, right: np.ndarray, m: int) -> None:
             right[c] -= matrix[i, c] * right[i]
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def interpolant_value(
     functions: Interpolants, i: int, x: float, y: float, z: float
 ) -> tuple[float, float, float, float]:

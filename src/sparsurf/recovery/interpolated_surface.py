@@ -91,7 +91,7 @@ def dot_spacing(points: np.ndarray, normals: np.ndarray) -> np.ndarray:
     return functions.spacing[functions.index.position]
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _place_discs(
     functions: Interpolants,
     begin: int,
@@ -132,7 +132,7 @@ def _place_discs(
     return points[:m].copy(), normals[:m].copy()
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _tangents(n: np.ndarray) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
     """Return two unit vectors perpendicular to the unit vector n and to each other."""
     # Duff et al., J. Comput. Graph. Tech. 6:1 (2017): no direction of n makes the denominator small
@@ -142,7 +142,7 @@ def _tangents(n: np.ndarray) -> tuple[tuple[float, float, float], tuple[float, f
     return (1 + sign * n[0] * n[0] * a, sign * b, -sign * n[0]), (b, sign + n[1] * n[1] * a, -n[1])
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _rivals(
     index: PatchIndex, i: int, radius: float, nearby: np.ndarray, rivals: np.ndarray
 ) -> tuple[np.ndarray, int]:
@@ -163,7 +163,7 @@ def _rivals(
     return rivals, n
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _nearer_to_rival(rivals: np.ndarray, n_rivals: int, x: float, y: float, z: float, r: float) -> bool:
     """Return whether a rival is clearly nearer to a point than the dot at distance r."""
     least = (TIE * r) ** 2
@@ -174,7 +174,7 @@ def _nearer_to_rival(rivals: np.ndarray, n_rivals: int, x: float, y: float, z: f
     return nearer > 0
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _project(
     functions: Interpolants,
     i: int,

@@ -20,7 +20,7 @@ MAX_SPACING = 2.0  # in median spacings; a dot alone in a cavity has no near nei
 RADIUS_GROWTH = 1.3
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def nearest_on_same_side(
     index: PatchIndex,
     begin: int,
@@ -44,7 +44,7 @@ def nearest_on_same_side(
         _sort_nearest(nearby, distance2, m, neighbours[i], distances[i])
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _sort_nearest(
     nearby: np.ndarray, distance2: np.ndarray, m: int, neighbours: np.ndarray, distances: np.ndarray
 ) -> None:
@@ -65,7 +65,7 @@ def _sort_nearest(
         distances[a] = math.sqrt(distances[a]) if a < k else distances[a - 1]
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _dots_on_same_side(
     index: PatchIndex, i: int, radius: float, nearby: np.ndarray, distance2: np.ndarray
 ) -> int:

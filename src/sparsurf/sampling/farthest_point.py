@@ -41,7 +41,7 @@ def farthest_points(index: PatchIndex, n: int, rng: np.random.Generator) -> tupl
     return index.dot[positions].astype(np.int64), nearest_of_dot
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _farthest_positions(
     index: PatchIndex, first: np.ndarray, n: int, with_nearest: bool
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -133,7 +133,7 @@ def _farthest_positions(
     return out, nearest
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _compare(
     index: PatchIndex,
     begin: int,
@@ -167,7 +167,7 @@ def _compare(
     best[k], limit[k] = top, gap[top]
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _play(
     k: int,
     leaves: int,

@@ -95,7 +95,7 @@ def build_cover(
     return Cover(centre, origin, roughness[starter], start, dot, log_ratio, len(roughness))
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _sweep(
     index: PatchIndex,
     radius: float,
@@ -142,7 +142,7 @@ def _sweep(
     )
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _nearest_of_patch(index: PatchIndex, p: int | np.integer, queue: np.ndarray, begin: int, end: int) -> int:
     """Return the position in the patch that is nearest to p (p itself if it is in the patch); on a tie the lower dot."""
     best, best_d2 = queue[begin], np.inf
@@ -163,7 +163,7 @@ def expected_n_s(cover: Cover, combinations: ArrayLike) -> np.ndarray:
     return out
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _expected_n_s(cover: Cover, combinations: np.ndarray) -> np.ndarray:
     """Compute the expected numbers; (r / r_patch)^power is reused while gamma and delta are those of the previous row."""
     out = np.empty(len(combinations))
@@ -187,7 +187,7 @@ def _expected_n_s(cover: Cover, combinations: np.ndarray) -> np.ndarray:
     return out
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _log_p(alpha: float, beta: float, gamma: float, delta: float, r: float) -> tuple[float, float]:
     """Return log_a and power: ln p of a pair is log_a - power * log_ratio (paper, eq. 2), with 0^0 = 1."""
     flat = 1.0 - r
@@ -213,7 +213,7 @@ def sample_cover(cover: Cover, combination: Sequence[float], rng: np.random.Gene
     return np.flatnonzero(keep)
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _sample(
     cover: Cover,
     first: int,
@@ -283,7 +283,7 @@ def sample_together(cover: Cover, combinations: ArrayLike, random: np.ndarray) -
     return SubsetsOfDraw(levels, group, level)
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _set_bits(level: np.ndarray, highest: int, dots: np.ndarray, bit: np.uint64, word: np.ndarray) -> None:
     """Set a bit in the words of the dots whose level is at most `highest`."""
     for k in range(len(dots)):
@@ -291,7 +291,7 @@ def _set_bits(level: np.ndarray, highest: int, dots: np.ndarray, bit: np.uint64,
             word[k] |= bit
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _enter(
     cover: Cover,
     beta: float,

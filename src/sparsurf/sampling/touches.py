@@ -52,7 +52,7 @@ def touches_of(surface: Surface, atoms: SurfaceOrigin) -> Touches:
     return Touches(start_of_dot, touched[slot], np.flatnonzero(is_first)[place])
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def set_cover(candidates: np.ndarray, touches: Touches, lacks: np.ndarray, used: np.ndarray) -> np.ndarray:
     """Return candidates, (n,) int64, each of which touches most atoms that lack a touch when it is chosen (greedy set cover).
 

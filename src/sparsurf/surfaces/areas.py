@@ -188,13 +188,13 @@ def _areas_by_kind(
     return np.stack([contact, saddle, concave], axis=1)
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _triangle(a: Vector, b: Vector, c: Vector) -> float:
     """Return the signed area of a triangle on the unit sphere, positive counterclockwise, up to a multiple of 4 pi."""
     return 2 * math.atan2(dot(a, cross(b, c)), 1 + dot(a, b) + dot(b, c) + dot(c, a))
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _cone(axis: Vector, height: float, e1: Vector, e2: Vector, low: float, high: float) -> float:
     """Return the signed area between the pole and an arc of a circle on the unit sphere, outside of its cap on the left.
 
@@ -215,7 +215,7 @@ def _cone(axis: Vector, height: float, e1: Vector, e2: Vector, low: float, high:
     return area
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _add_cones(rolling: Rolling, left_out: np.ndarray, solid: np.ndarray) -> None:
     """Add the cones of all arcs except some (B,) to the solid angles of their two atoms."""
     for b in range(len(rolling.arcs)):
@@ -230,7 +230,7 @@ def _add_cones(rolling: Rolling, left_out: np.ndarray, solid: np.ndarray) -> Non
         solid[rolling.pair[b, 1]] += _cone(axis, math.sin(arc[THETA_J]), e1, e2, -high, -low)
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _resolve(rolling: Rolling, solid: np.ndarray) -> None:
     """Bring solid angles into the range 0 to 4 pi; near both ends of it, the pole decides whether the sphere is covered."""
     whole = 4 * math.pi
@@ -244,7 +244,7 @@ def _resolve(rolling: Rolling, solid: np.ndarray) -> None:
         solid[i] = min(whole, max(0.0, angle))
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _add_saddles(rolling: Rolling, left_out: np.ndarray, probe: float, area: np.ndarray) -> None:
     """Add the area of the saddle along each arc except some (B,) to its two atoms."""
     for b in range(len(rolling.arcs)):
@@ -260,7 +260,7 @@ def _add_saddles(rolling: Rolling, left_out: np.ndarray, probe: float, area: np.
                 area[rolling.pair[b, 1]] += band_area(radius, probe, turn, max(low, halfway), high)
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _write_cap(caps: np.ndarray, row: int, axis: Vector, height: float) -> None:
     """Write the cap of the unit sphere beyond the plane v . axis = height; the axis need not be a unit vector."""
     length = max(math.sqrt(dot(axis, axis)), 1e-300)
@@ -268,7 +268,7 @@ def _write_cap(caps: np.ndarray, row: int, axis: Vector, height: float) -> None:
     caps[row, 3] = height / length
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _add_concave(
     rolling: Rolling, left_out: np.ndarray, grid: PointGrid, probe: float, area: np.ndarray
 ) -> None:
@@ -318,7 +318,7 @@ def _add_concave(
             area[corner[owner]] += probe * probe * _area_outside(caps, n)
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _area_outside(caps: np.ndarray, n: int) -> float:
     """Return the area of the unit sphere outside of n caps, which must be less than half of it."""
     area = 0.0

@@ -383,7 +383,7 @@ def _first_sphere_above(
     return int(crossed[entry.argmin()]), np.array([entry.min(), *position[1:]])
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def are_accessible(positions: np.ndarray, atoms: RolledAtoms) -> np.ndarray:
     """Return whether the position on the sphere of each atom, (A, 3), lies in no other sphere, (A,) bool."""
     accessible = np.empty(len(positions), np.bool_)
@@ -392,7 +392,7 @@ def are_accessible(positions: np.ndarray, atoms: RolledAtoms) -> np.ndarray:
     return accessible
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _root(joined: np.ndarray, arc: int) -> int:
     """Return the lowest arc of the set of an arc (union-find with path halving)."""
     while joined[arc] != arc:
@@ -401,7 +401,7 @@ def _root(joined: np.ndarray, arc: int) -> int:
     return arc
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def set_of_arcs(joined: np.ndarray) -> np.ndarray:
     """Return the set of every arc, named by its lowest arc."""
     roots = np.empty_like(joined)
@@ -410,7 +410,7 @@ def set_of_arcs(joined: np.ndarray) -> np.ndarray:
     return roots
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _join_two(joined: np.ndarray, first: int, second: int) -> bool:
     """Join the sets of two arcs; return whether they were two."""
     a, b = _root(joined, first), _root(joined, second)
@@ -418,7 +418,7 @@ def _join_two(joined: np.ndarray, first: int, second: int) -> bool:
     return a != b
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _join(joined: np.ndarray, first: np.ndarray, second: np.ndarray) -> None:
     """Join the sets of pairs of arcs, (n,) each."""
     for k in range(len(first)):
@@ -472,7 +472,7 @@ def _distances(positions: np.ndarray, arcs: np.ndarray) -> np.ndarray:
     return np.where(is_on_arc, to_circle, to_ends)
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _nearest_arcs(
     positions: np.ndarray, atoms: np.ndarray, order: np.ndarray, first: np.ndarray, arcs: np.ndarray
 ) -> np.ndarray:
@@ -483,7 +483,7 @@ def _nearest_arcs(
     return nearest
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _join_patches(
     joined: np.ndarray,
     atoms: np.ndarray,
@@ -500,7 +500,7 @@ def _join_patches(
             _join_two(joined, arcs[patch[a]], arcs[a])
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _patches_of_atom(arcs: np.ndarray, meeting: np.ndarray, rolling: Rolling, atom: int) -> np.ndarray:
     """Return the accessible patch of an atom that each arc around it, (k,), bounds: the position of its first arc, (k,).
 
@@ -520,7 +520,7 @@ def _patches_of_atom(arcs: np.ndarray, meeting: np.ndarray, rolling: Rolling, at
     return set_of_arcs(patch)
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _loops(arcs: np.ndarray, meeting: np.ndarray) -> np.ndarray:
     """Return the loop of each arc around one atom: arcs that meet at fixed probes, or a whole circle."""
     loop = np.arange(len(arcs))
@@ -532,7 +532,7 @@ def _loops(arcs: np.ndarray, meeting: np.ndarray) -> np.ndarray:
     return set_of_arcs(loop)
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _covering_caps(atoms: RolledAtoms, atom: int) -> tuple[np.ndarray, np.ndarray]:
     """Return the parts of an atom's sphere that its neighbours cover: unit axes (n, 3) and half angles (n,), rad."""
     near, reach = atoms.near[atoms.start[atom] : atoms.start[atom + 1]], atoms.reach[atom]
@@ -547,7 +547,7 @@ def _covering_caps(atoms: RolledAtoms, atom: int) -> tuple[np.ndarray, np.ndarra
     return axis[:n], half[:n]
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _n_covered_parts(axis: np.ndarray, half: np.ndarray) -> int:
     """Count the connected parts that caps with unit axes (n, 3) and half angles (n,), rad, cover."""
     joined, n = np.arange(len(half)), len(half)
@@ -561,7 +561,7 @@ def _n_covered_parts(axis: np.ndarray, half: np.ndarray) -> int:
     return n
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _join_facing(
     loop: np.ndarray,
     n_joins: int,
@@ -590,7 +590,7 @@ def _join_facing(
                 n_joins -= 1
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _points_on_borders(
     loop: np.ndarray, arcs: np.ndarray, rolling: Rolling, atom: int
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -624,7 +624,7 @@ def _points_on_borders(
     return points[:m], owner[:m]
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _on_circle(axis: Vector, half: float, target: Vector, side: float) -> Vector:
     """Return the point of a circle that lies in the plane of its axis and a target, towards it or away from it."""
     across = add_scaled(target, -dot(target, axis), axis)
@@ -637,7 +637,7 @@ def _on_circle(axis: Vector, half: float, target: Vector, side: float) -> Vector
     return add_scaled(across, math.cos(half), axis)
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _is_on_arc(position: Vector, arc: np.ndarray) -> bool:
     """Return whether a point of an arc's circle lies on the arc, or at its ends up to rounding."""
     w = subtract(position, vector_at(arc, T))
@@ -646,7 +646,7 @@ def _is_on_arc(position: Vector, arc: np.ndarray) -> bool:
     return turn <= arc[PHI_1] - arc[PHI_0] + 2 * ROUNDING_OF_ANGLES
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _is_free(first: Vector, last: Vector, axis: np.ndarray, cosine_of_cap: np.ndarray) -> bool:
     """Return whether the shorter great circle between two directions leaves out all caps around axes, (n, 3)."""
     cosine = min(1.0, max(-1.0, dot(first, last)))

@@ -91,7 +91,7 @@ def decimate(mesh: Mesh, n_vertices: int) -> Mesh:
     return build_mesh(points, normals, triangles, vertices.kind, vertices.atom)
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _penalty(
     h: int, points: np.ndarray, normals: np.ndarray, origin: np.ndarray, twin: np.ndarray
 ) -> tuple[float, float]:
@@ -117,7 +117,7 @@ def _penalty(
     return min(MAX_PENALTY, penalty), tilt
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _are_faced(h: int, faced: np.ndarray, origin: np.ndarray, twin: np.ndarray) -> bool:
     """Return whether all neighbours of the start of a half-edge are faced."""
     e = h
@@ -129,7 +129,7 @@ def _are_faced(h: int, faced: np.ndarray, origin: np.ndarray, twin: np.ndarray) 
             return True
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _best_collapse(
     h: int,
     points: np.ndarray,
@@ -172,7 +172,7 @@ def _best_collapse(
     return best, least, least_tilt, stamp
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _entry(
     h: int, cost: float, origin: np.ndarray, twin: np.ndarray, latest: np.ndarray
 ) -> tuple[float, int, int]:
@@ -183,7 +183,7 @@ def _entry(
     return cost, min(u, v) << 32 | max(u, v), h << 32 | latest[h]
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _collapse(
     points: np.ndarray, normals: np.ndarray, origin: np.ndarray, twin: np.ndarray, n_vertices: int
 ) -> tuple[np.ndarray, int]:

@@ -318,7 +318,7 @@ def _templates(radii: np.ndarray, spacing: float) -> Templates:
     return Templates(np.concatenate(parts), first, template.astype(np.int64))
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _write(
     dots: Dots,
     slot: np.ndarray,
@@ -338,7 +338,7 @@ def _write(
     dots.area[k], dots.kind[k], dots.atom[k] = area, kind, atom_of_owner[owner]
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _count_contact_dots(
     atoms: RolledAtoms,
     whole: np.ndarray,
@@ -377,7 +377,7 @@ def _count_contact_dots(
     return is_free, area, counted
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _contact_dots(
     atoms: RolledAtoms,
     is_free: np.ndarray,
@@ -401,19 +401,19 @@ def _contact_dots(
             m += 1
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def band_area(radius: float, probe: float, turn: float, low: float, high: float) -> float:
     """Return the area between two thetas on an arc of angle `turn`."""
     return turn * probe * (radius * (high - low) - probe * (math.sin(high) - math.sin(low)))
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _n_dots_of_strip(radius: float, turn: float, spacing: float) -> int:
     """Return the number of dots on a part of a circle."""
     return int(radius * turn / spacing + 0.5)
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def bands(arc: np.ndarray, probe: float) -> tuple[tuple[float, float], tuple[float, float]]:
     """Return the two ranges of theta of an arc; the first is empty unless the torus intersects itself (spindle)."""
     low, high = arc[THETA_I], arc[THETA_J]
@@ -423,7 +423,7 @@ def bands(arc: np.ndarray, probe: float) -> tuple[tuple[float, float], tuple[flo
     return (low, min(high, -cusp)), (max(low, cusp), high)
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _saddle_dots(
     arcs: np.ndarray,
     pair: np.ndarray,
@@ -488,7 +488,7 @@ def _saddle_dots(
                     _write(dots, slot, owner, position, normal, area, SADDLE, origin, atom_of_owner)
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _count_concave_dots(
     rolling: Rolling,
     probes: PointGrid,
@@ -542,7 +542,7 @@ def _count_concave_dots(
     return owners, share
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _concave_dots(
     rolling: Rolling,
     owners: np.ndarray,
@@ -564,7 +564,7 @@ def _concave_dots(
                 _write(dots, slot, owner, position, inward, area, CONCAVE, origin, atom_of_owner)
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _inside_other(
     position: Vector, q: int, rolling: Rolling, probes: PointGrid, within: float, left_out: EnclosedCentres
 ) -> bool:
@@ -597,7 +597,7 @@ def _inside_other(
     return False
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _arc_within(position: Vector, arc: np.ndarray, within: float) -> bool:
     """Return whether the point of the arc's circle nearest to the position belongs to the arc and is nearer than `within`."""
     w = subtract(position, vector_at(arc, T))

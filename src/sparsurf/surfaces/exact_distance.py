@@ -126,7 +126,7 @@ def distance_of_dots(points: np.ndarray, normals: np.ndarray, rolled: Rolled, th
     return distance
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _write_lies_on(
     positions: np.ndarray,
     normals: np.ndarray,
@@ -165,7 +165,7 @@ def _write_lies_on(
         )
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _is_in_hull(inward: Vector, place: Vector, centre: np.ndarray, touched: np.ndarray) -> bool:
     """Return whether the way from a place lies in the hull of the ways to one, two or three touched centres, and 0."""
     a = subtract(point(centre, touched[0]), place)
@@ -191,7 +191,7 @@ def _is_in_hull(inward: Vector, place: Vector, centre: np.ndarray, touched: np.n
     return x + y + z <= 1.0 and dot(remainder, remainder) < ROUNDING_OF_TOUCH**2
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _write_heights(
     positions: np.ndarray, rolling: Rolling, enclosed: EnclosedCentres, grid: PointGrid, heights: np.ndarray
 ) -> None:
@@ -268,7 +268,7 @@ def _exposed_atoms(rolling: Rolling) -> np.ndarray:
     return np.flatnonzero(exposed)
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _search_centres(
     positions: np.ndarray,
     rolling: Rolling,
@@ -327,7 +327,7 @@ def _search_centres(
         set_point(centres, n, nearest)
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _may_be_nearer(position: Vector, arc: np.ndarray, best: float) -> bool:
     """Return whether the circle of an arc passes at less than a squared distance from a position, without its nearest point."""
     w = subtract(position, vector_at(arc, T))
@@ -336,7 +336,7 @@ def _may_be_nearer(position: Vector, arc: np.ndarray, best: float) -> bool:
     return height * height + off * off < best + ROUNDING_OF_SQUARES
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _owner(position: Vector, centre: Vector, kind: int, source: int, rolling: Rolling) -> int:
     """Return the atom that the point below a probe at `centre` belongs to; `source` is the atom, the arc or the fixed probe."""
     if kind == CONTACT:

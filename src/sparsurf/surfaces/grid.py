@@ -42,7 +42,7 @@ def sort_into_grid(points: np.ndarray, side: float) -> PointGrid:
     return PointGrid(points[dot], dot, start, lattice)
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _bounding_box(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the lowest and highest coordinates, (3,) each; numpy takes ten times as long along the first axis."""
     low, high = points[0].copy(), points[0].copy()
@@ -60,7 +60,7 @@ def _cell_side(extent: np.ndarray, n: int, side: float) -> float:
     return float(side)
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _sort_into_cells(points: np.ndarray, lattice: Lattice) -> tuple[np.ndarray, np.ndarray]:
     """Return the first slot of every cell and the dots in the order of their cells."""
     n, (origin, shape, side) = len(points), lattice
@@ -82,7 +82,7 @@ def _sort_into_cells(points: np.ndarray, lattice: Lattice) -> tuple[np.ndarray, 
     return start, dot
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def cells_within(x: float, radius: float, origin: float, side: float, cells: int) -> tuple[int, int]:
     """Return the first and last cell along one axis that a sphere can touch."""
     first = max(0, int((x - radius - origin) / side))
@@ -100,7 +100,7 @@ class ColumnsAround(NamedTuple):
     share: float  # of a column in those along y: a product takes less time than a division
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def columns_around(lattice: Lattice, centre: Vector, radius: float) -> ColumnsAround:
     """Return the columns of cells that a sphere around a point can touch."""
     (x, y, z), (n_x, n_y, n_z), side = lattice
@@ -113,7 +113,7 @@ def columns_around(lattice: Lattice, centre: Vector, radius: float) -> ColumnsAr
     return ColumnsAround(n, first, c1 - c0 + 1, n_z, turn, 1.0 / max(wide, 1))
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def in_column(start: np.ndarray, columns: ColumnsAround, c: int) -> range:
     """Return the positions in column c, given `start` of the grid: passing all of it would take as long as the walk."""
     cell = columns.first + c * columns.step + int((c + 0.5) * columns.share) * columns.turn
@@ -128,7 +128,7 @@ def pairs_within(points: np.ndarray, positions: np.ndarray, distance: float) -> 
     return position[order], found[order]
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _pairs(grid: PointGrid, positions: np.ndarray, distance: float) -> np.ndarray:
     """Return each position and a point within the distance of it, (P, 2)."""
     pairs, n = np.empty((len(positions) + 1, 2), np.int64), 0

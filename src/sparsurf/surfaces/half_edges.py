@@ -30,25 +30,25 @@ def twins(origin: np.ndarray, n: int) -> np.ndarray:
     return twin
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def next_edge(h: int) -> int:
     """Return the next half-edge of the same triangle."""
     return h - 2 if h % 3 == 2 else h + 1
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def around(h: int, twin: np.ndarray) -> int:
     """Return the next half-edge from the same vertex."""
     return twin[next_edge(next_edge(h))]
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def squared_length(points: np.ndarray, u: int, v: int) -> float:
     """Return the squared distance of two vertices."""
     return squared_distance(point(points, u), point(points, v))
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def triangle_normal(points: np.ndarray, u: int, v: int, w: int) -> tuple[Vector, float]:
     """Return the unit normal of a triangle and twice its area."""
     corner = point(points, u)
@@ -58,7 +58,7 @@ def triangle_normal(points: np.ndarray, u: int, v: int, w: int) -> tuple[Vector,
     return (across[0] * inverse, across[1] * inverse, across[2] * inverse), size
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def mark_neighbours(h: int, origin: np.ndarray, twin: np.ndarray, seen: np.ndarray, stamp: int) -> int:
     """Mark the neighbours of the start of a half-edge by `stamp`; return their number."""
     n, e = 0, h
@@ -70,7 +70,7 @@ def mark_neighbours(h: int, origin: np.ndarray, twin: np.ndarray, seen: np.ndarr
             return n
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def may_collapse(h: int, origin: np.ndarray, twin: np.ndarray, seen: np.ndarray, stamp: int) -> bool:
     """Return whether the ends of an edge have two neighbours in common, and others besides."""
     common = n_of_v = 0
@@ -85,7 +85,7 @@ def may_collapse(h: int, origin: np.ndarray, twin: np.ndarray, seen: np.ndarray,
     return common == 2 and n_of_u + n_of_v > 6
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def remove_start(h: int, origin: np.ndarray, twin: np.ndarray, dead: np.ndarray) -> None:
     """Move the start of a half-edge into its end, and remove the triangles on both sides."""
     v = origin[twin[h]]
@@ -102,7 +102,7 @@ def remove_start(h: int, origin: np.ndarray, twin: np.ndarray, dead: np.ndarray)
         dead[side // 3] = True
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _facing(
     start: int,
     w: int,
@@ -129,7 +129,7 @@ def _facing(
             return evenly, by_area
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _is_folded(a: int, b: int, c: int, points: np.ndarray, normals: np.ndarray) -> bool:
     """Return whether a triangle faces against the mean normal of its corners."""
     normal, _ = triangle_normal(points, a, b, c)
@@ -139,7 +139,7 @@ def _is_folded(a: int, b: int, c: int, points: np.ndarray, normals: np.ndarray) 
     return total < LEAST_FACING
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def n_folds(
     h: int, collapsed: bool, points: np.ndarray, normals: np.ndarray, origin: np.ndarray, twin: np.ndarray
 ) -> int:
@@ -181,7 +181,7 @@ def remaining(origin: np.ndarray, dead: np.ndarray) -> tuple[np.ndarray, np.ndar
     return kept, corners.reshape(-1, 3)
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _unfold(points: np.ndarray, normals: np.ndarray, origin: np.ndarray, twin: np.ndarray) -> np.ndarray:
     """Collapse edges around folds, and return which triangles are gone."""
     dead = np.zeros(len(origin) // 3, np.bool_)

@@ -99,7 +99,7 @@ class Mesh(Shown):
         return float(np.sum(a * np.cross(b, c)) / 6)
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _areas_around(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """Return a third of the area of the triangles around each point, (V,)."""
     area = np.zeros(len(points))
@@ -259,7 +259,7 @@ def _deepest_of_slab(spheres: Rolled, grid: MeshGrid, begin: int, end: int) -> t
     return _deepest(centre, spheres.radii, near, *grid, begin, end, -deepest), near
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _deepest(
     centre: np.ndarray,
     radii: np.ndarray,
@@ -290,7 +290,7 @@ def _deepest(
     return values
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _classify(values: np.ndarray, probe: float, kinds: np.ndarray) -> None:
     """Write where each grid point of a slab is."""
     for i in range(values.shape[0]):
@@ -308,7 +308,7 @@ def _classify(values: np.ndarray, probe: float, kinds: np.ndarray) -> None:
                 )
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _mark_enclosed(
     values: np.ndarray,
     rolling: Rolling,
@@ -350,7 +350,7 @@ def _mark_enclosed(
                         found[i, j, k] = True
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _flood(kinds: np.ndarray, found: np.ndarray) -> None:
     """Mark the points far from all spheres that are joined to marked ones: side by side, they lie in one cavity."""
     waiting = [(0, 0, 0) for _ in range(0)]
@@ -371,7 +371,7 @@ def _flood(kinds: np.ndarray, found: np.ndarray) -> None:
                             waiting.append((u, v, w))
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _doubtful(
     kinds: np.ndarray, is_doubtful: np.ndarray, values: np.ndarray, begin: int, beyond: float
 ) -> np.ndarray:
@@ -442,7 +442,7 @@ def marching_tetrahedra(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return _vertices(values, cut, 0), _triangles(values > 0, cut)
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _cut_edges(values: np.ndarray) -> np.ndarray:
     """Set bit d - 1 of each point if the edge from it in direction d (bits as for corners) crosses the surface."""
     nx, ny, nz = values.shape
@@ -458,7 +458,7 @@ def _cut_edges(values: np.ndarray) -> np.ndarray:
     return cut
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _vertices(values: np.ndarray, cut: np.ndarray, begin: int) -> np.ndarray:
     """Return the vertex on every edge that is cut, where the interpolated value is 0; the first plane has the number `begin`."""
     nx, ny, nz = values.shape
@@ -484,7 +484,7 @@ def _vertices(values: np.ndarray, cut: np.ndarray, begin: int) -> np.ndarray:
     return vertices
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _row_starts(cut: np.ndarray) -> tuple[np.ndarray, int]:
     """Return the first vertex of each row of the grid, (X, Y) int64, and the number of all."""
     nx, ny, nz = cut.shape
@@ -497,7 +497,7 @@ def _row_starts(cut: np.ndarray) -> tuple[np.ndarray, int]:
     return start, n
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _triangles(inside_at: np.ndarray, cut: np.ndarray) -> np.ndarray:
     """Return the vertices of all triangles; a first pass counts them, a second stores them.
 

@@ -113,7 +113,7 @@ def nothing_rolled(grid: PointGrid) -> Rolling:
     )
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _mark_overlapping(
     centre: np.ndarray, reach: np.ndarray, grid: PointGrid, new: np.ndarray, marked: np.ndarray
 ) -> None:
@@ -127,7 +127,7 @@ def _mark_overlapping(
                     marked[k] = True
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _overlaps(
     centre: np.ndarray,
     reach: np.ndarray,
@@ -172,7 +172,7 @@ def _overlaps(
     return start, near[:total, 0].copy()
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def blocker(position: Vector, i: int, atoms: RolledAtoms, guess: int) -> int:
     """Return a neighbour of atom i whose sphere contains the position, or -1; `guess`, an atom or -1, is tried first."""
     if guess >= 0 and squared_distance(point(atoms.centre, guess), position) < atoms.reach[guess] ** 2:
@@ -184,7 +184,7 @@ def blocker(position: Vector, i: int, atoms: RolledAtoms, guess: int) -> int:
     return -1
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _circle(centre: np.ndarray, reach: np.ndarray, i: int, j: int, row: np.ndarray) -> bool:
     """Write the circle of centres that touch i and j into a row of `arcs`; return False if there is none."""
     u = subtract(point(centre, j), point(centre, i))
@@ -204,7 +204,7 @@ def _circle(centre: np.ndarray, reach: np.ndarray, i: int, j: int, row: np.ndarr
     return True
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _cutters(row: np.ndarray, i: int, j: int, atoms: RolledAtoms, cutter: np.ndarray) -> int:
     """List the neighbours of i that cut a circle, as slots; return their number, or -1 if one covers the whole circle."""
     n, t, u, radius = 0, vector_at(row, T), vector_at(row, U), row[ARC_RADIUS]
@@ -223,7 +223,7 @@ def _cutters(row: np.ndarray, i: int, j: int, atoms: RolledAtoms, cutter: np.nda
     return n
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _longest_list(start: np.ndarray) -> int:
     """Return the length of the longest neighbour list, at least 1."""
     longest = 1
@@ -232,7 +232,7 @@ def _longest_list(start: np.ndarray) -> int:
     return longest
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def without_covered_circles(atoms: RolledAtoms) -> RolledAtoms:
     """Remove the neighbours whose circle lies inside a third sphere.
 
@@ -251,7 +251,7 @@ def without_covered_circles(atoms: RolledAtoms) -> RolledAtoms:
     return RolledAtoms(atoms.centre, atoms.reach, start, near[:total].copy())
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def cut_out(parts: np.ndarray, m: int, begin: float, half: float, cutter: int, other: np.ndarray) -> int:
     """Cut an interval of phi, `half` wide on each side, out of m parts of a circle, or out of a `UNCUT` one.
 
@@ -280,7 +280,7 @@ def cut_out(parts: np.ndarray, m: int, begin: float, half: float, cutter: int, o
     return left
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _free_parts(
     row: np.ndarray, atoms: RolledAtoms, cutter: np.ndarray, n: int, parts: np.ndarray, other: np.ndarray
 ) -> np.ndarray:
@@ -299,7 +299,7 @@ def _free_parts(
     return parts[:m]
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _arcs(atoms: RolledAtoms, visited: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Find the free parts of all circles around visited atoms (A,) bool, and the fixed probes at their ends.
 
@@ -359,7 +359,7 @@ def _arcs(atoms: RolledAtoms, visited: np.ndarray) -> tuple[np.ndarray, np.ndarr
     return arcs[:n_arcs], pair[:n_arcs], probes[:n_probes], ends[:n_probes]
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def nearest_on_arc(position: Vector, arc: np.ndarray) -> tuple[Vector, bool]:
     """Return the point of the arc's circle that is nearest to a position, and whether it belongs to the arc."""
     w = subtract(position, vector_at(arc, T))
@@ -390,7 +390,7 @@ def no_enclosed_centres(rolling: Rolling) -> EnclosedCentres:
     )
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def is_enclosed(position: Vector, atom: int, rolling: Rolling, enclosed: EnclosedCentres) -> bool:
     """Return whether an accessible centre that touches an atom lies in a cavity."""
     if enclosed.atoms[atom] != MIXED:
@@ -398,7 +398,7 @@ def is_enclosed(position: Vector, atom: int, rolling: Rolling, enclosed: Enclose
     return enclosed.arcs[nearest_arc(position, atom, rolling.arcs, enclosed.order, enclosed.first)]
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def nearest_arc(position: Vector, atom: int, arcs: np.ndarray, order: np.ndarray, first: np.ndarray) -> int:
     """Return the arc around an atom, of `arcs_of_atoms`, that is nearest to a position."""
     nearest, best = -1, np.inf
@@ -409,7 +409,7 @@ def nearest_arc(position: Vector, atom: int, arcs: np.ndarray, order: np.ndarray
     return nearest
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def squared_distance_to_arc(position: Vector, arc: np.ndarray) -> float:
     """Return the squared distance between a position and the nearest point of an arc."""
     nearest, is_on_arc = nearest_on_arc(position, arc)
@@ -419,7 +419,7 @@ def squared_distance_to_arc(position: Vector, arc: np.ndarray) -> float:
     return min(squared_distance(first, position), squared_distance(last, position))
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def end_of_arc(arc: np.ndarray, column: int) -> Vector:
     """Return the end of an arc, whose phi stands in a column."""
     end = add_scaled(vector_at(arc, T), arc[ARC_RADIUS] * math.cos(arc[column]), vector_at(arc, E1))

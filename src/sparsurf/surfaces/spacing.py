@@ -86,7 +86,7 @@ def nearest_distances(
     return distances
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(error_model="numpy")
 def _search_cubes(
     points: np.ndarray,
     low: np.ndarray,

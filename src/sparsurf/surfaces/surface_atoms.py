@@ -350,7 +350,7 @@ def _places(part: _Positions) -> tuple[np.ndarray, np.ndarray]:
     return np.concatenate([rolling.probes[part.probes], on_arcs, tops]), part.ids[np.concatenate(owner)]
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _are_free(atoms: RolledAtoms, spheres: np.ndarray) -> np.ndarray:
     """Return whether spheres without arcs are free, (n,) bool: all of one is, or nothing, so that one position decides."""
     free = np.empty(len(spheres), np.bool_)
@@ -361,7 +361,7 @@ def _are_free(atoms: RolledAtoms, spheres: np.ndarray) -> np.ndarray:
     return free
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _pass_near(arcs: np.ndarray, chosen: np.ndarray, grid: PointGrid, distance: float) -> np.ndarray:
     """Return `_are_near`; the cells of the positions are as wide as the distance and an arc."""
     near = np.zeros(len(chosen), np.bool_)
@@ -374,7 +374,7 @@ def _pass_near(arcs: np.ndarray, chosen: np.ndarray, grid: PointGrid, distance: 
     return near
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _holders(
     positions: np.ndarray,
     owner: np.ndarray,
@@ -411,7 +411,7 @@ def _holders(
     return first, holder[:n]
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _cover(first: np.ndarray, holder: np.ndarray, n_atoms: int) -> np.ndarray:
     """Choose balls so that each position with holders lies in one, always the ball with the most positions that are left."""
     count, chosen = np.zeros(n_atoms, np.int64), np.zeros(n_atoms, np.bool_)

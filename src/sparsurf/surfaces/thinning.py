@@ -51,7 +51,7 @@ def coarsened(mesh: Mesh, density: float) -> Mesh:
     return build_mesh(vertices.points, vertices.normals, triangles, vertices.kind, vertices.atom)
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _collapse_short(
     points: np.ndarray, normals: np.ndarray, origin: np.ndarray, twin: np.ndarray, lengths: np.ndarray
 ) -> np.ndarray:
@@ -68,7 +68,7 @@ def _collapse_short(
     return dead
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _folds(h: int, points: np.ndarray, normals: np.ndarray, origin: np.ndarray, twin: np.ndarray) -> bool:
     """Return whether a triangle would turn away from the normals of its corners if the start of an edge went into its end."""
     v = origin[twin[h]]

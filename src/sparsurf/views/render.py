@@ -136,7 +136,7 @@ def thumbnail(points: np.ndarray, normals: np.ndarray, roughness: np.ndarray) ->
     return image
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _shrink(colour: np.ndarray, dark: np.ndarray, out: np.ndarray) -> None:
     """Average the darkened rendered pixels of each pixel and round them."""
     for row in range(out.shape[0]):
@@ -158,13 +158,13 @@ def _project(points: np.ndarray, normals: np.ndarray, camera: Camera) -> tuple[n
     return xyz, normals @ turn.T
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _box(middle: float, half: float, pixels: int) -> tuple[int, int]:
     """Return the first and last pixel whose centre lies within `half` of `middle`."""
     return max(0, math.ceil(middle - half - 0.5)), min(pixels - 1, math.floor(middle + half - 0.5))
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def draw_discs(
     xyz: np.ndarray,
     normals: np.ndarray,
@@ -224,7 +224,7 @@ def _paint(
     return scene._replace(colour=image)
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _shade(sums: np.ndarray, depth: np.ndarray, light: np.ndarray, image: np.ndarray) -> None:
     """Shade blended pixels (R, C, 7) by Lambert's law, paler with depth, into `image` (R, C, 3)."""
     front, back = -np.inf, np.inf

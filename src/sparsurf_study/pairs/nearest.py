@@ -77,7 +77,7 @@ def _measure(a: np.ndarray, b: np.ndarray, partner: np.ndarray) -> Nearest:
     return Nearest(np.take_along_axis(distance, order, axis=1), np.take_along_axis(partner, order, axis=1))
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _insert(square: float, index: int, distances: np.ndarray, indices: np.ndarray) -> None:
     """Put a candidate into an ascending row if it is nearer than the last; on a tie the lower index wins."""
     k = len(distances) - 1
@@ -89,7 +89,7 @@ def _insert(square: float, index: int, distances: np.ndarray, indices: np.ndarra
     distances[k], indices[k] = square, index
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _scan(
     block: np.ndarray,
     step: float,
@@ -112,7 +112,7 @@ def _scan(
                 _insert(rounded, first_row + i, column_distances[column], column_indices[column])
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _merge(
     distances: np.ndarray, indices: np.ndarray, into_distances: np.ndarray, into_indices: np.ndarray
 ) -> None:

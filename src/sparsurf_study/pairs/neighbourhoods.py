@@ -32,7 +32,7 @@ def means_within(
     return means.reshape(len(points), *np.shape(values)[1:]), counts
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _means(
     index: PatchIndex,
     points: np.ndarray,

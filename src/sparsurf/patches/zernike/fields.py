@@ -94,7 +94,7 @@ def _between(builder: Any, load: Callable[..., Any], args: Any, factor: Any) -> 
 _between_eight = _eight(_between)
 
 
-@njit(cache=True, nogil=True, fastmath=FAST)
+@njit(fastmath=FAST)
 def add_dots(dots: np.ndarray, bumps: np.ndarray, sums: np.ndarray) -> None:
     """Sum r times bump, and bump, over `dots` (4, n) at every node; `PAD_NODES` nodes beyond the grid are included.
 
@@ -119,7 +119,7 @@ def add_dots(dots: np.ndarray, bumps: np.ndarray, sums: np.ndarray) -> None:
             node += PADDED_SIDE
 
 
-@njit(cache=True, nogil=True, fastmath=FAST)
+@njit(fastmath=FAST)
 def widen(
     fine: np.ndarray, side: int, wide_side: int, spare: np.ndarray, flipped: np.ndarray, wide: np.ndarray
 ) -> None:
@@ -133,7 +133,7 @@ def widen(
         _widen_columns(flipped, n, m, m, wide[q])
 
 
-@njit(cache=True, nogil=True, fastmath=FAST)
+@njit(fastmath=FAST)
 def _widen_columns(fine: np.ndarray, n: int, width: int, m: int, wide: np.ndarray) -> None:
     """Weight rows 2 i - 8 to 2 i of `fine` (n rows) into row i of `wide` (m rows); both have `width` columns."""
     for i in range(m):
@@ -145,7 +145,7 @@ def _widen_columns(fine: np.ndarray, n: int, width: int, m: int, wide: np.ndarra
                 wide[i, j] += factor * fine[row, j]
 
 
-@njit(cache=True, nogil=True, fastmath=FAST)
+@njit(fastmath=FAST)
 def fill(sums: np.ndarray, mean: float, field: np.ndarray, spare: np.ndarray, flipped: np.ndarray) -> None:
     """Compute the field at the nodes: the mean under narrow bumps where they hold enough dots, else under wider ones."""
     field[:] = mean
@@ -168,7 +168,7 @@ def fill(sums: np.ndarray, mean: float, field: np.ndarray, spare: np.ndarray, fl
                 field[i, j] = (above + HALF_WEIGHT * field[i, j]) / (below + HALF_WEIGHT)
 
 
-@njit(cache=True, nogil=True, fastmath=FAST)
+@njit(fastmath=FAST)
 def _refine_columns(coarse: np.ndarray, n: int, width: int, fine: np.ndarray) -> None:
     """Insert a row between any two rows of `coarse` (n rows, `width` columns) by cubic interpolation."""
     for i in range(n):

@@ -94,7 +94,7 @@ def _extreme(name: str) -> Any:
 _larger, _smaller = _extreme("maxnum"), _extreme("minnum")
 
 
-@njit(cache=True, nogil=True, fastmath=FAST)
+@njit(fastmath=FAST)
 def project(
     xyz: np.ndarray,
     normals: np.ndarray,
@@ -168,7 +168,7 @@ def project(
     return True
 
 
-@njit(cache=True, nogil=True, inline="always")
+@njit(inline="always")
 def _fill_pixels(
     image: np.ndarray,
     i: int,
@@ -197,7 +197,7 @@ def _fill_pixels(
     return here
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def fill_gaps(image: np.ndarray, filled: np.ndarray, open_disc: np.ndarray, inverse: np.ndarray) -> None:
     """Fill empty pixels strictly inside the disc, in place and in row-major order; rows are words of bits.
 
@@ -251,7 +251,7 @@ def fill_gaps(image: np.ndarray, filled: np.ndarray, open_disc: np.ndarray, inve
             return
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def fold_image(
     image: np.ndarray, first: np.ndarray, second: np.ndarray, diagonal: np.ndarray, out: np.ndarray
 ) -> None:

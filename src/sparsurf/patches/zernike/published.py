@@ -54,7 +54,7 @@ def order() -> np.ndarray:
 DESCRIPTOR = Descriptor(N_Z, order, describe)
 
 
-@njit(cache=True, nogil=True, fastmath=FAST)
+@njit(fastmath=FAST)
 def _moduli(real: np.ndarray, imaginary: np.ndarray, out: np.ndarray) -> None:
     """Compute the moduli of coefficients with m > 0, then those with m = 0."""
     for i in range(len(real)):
@@ -64,7 +64,7 @@ def _moduli(real: np.ndarray, imaginary: np.ndarray, out: np.ndarray) -> None:
             out[i, k] = abs(real[i, k])
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _images(
     xyz: np.ndarray,
     normals: np.ndarray,

@@ -76,7 +76,7 @@ def _plane_coefficients() -> np.ndarray:
     return 4 * z @ (weight * np.sqrt(x * x + y * y + 2.0))
 
 
-@njit(cache=True, nogil=True, fastmath=FAST)
+@njit(fastmath=FAST)
 def _moduli(
     even_cos: np.ndarray,
     even_sin: np.ndarray,
@@ -99,7 +99,7 @@ def _moduli(
             out[i, k] = abs(even_cos[i, k - N_PAIRS] + plane[k - 2 * N_PAIRS])
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _parts(
     xyz: np.ndarray,
     normals: np.ndarray,
@@ -141,7 +141,7 @@ def _parts(
             _split(field, row, column, parts[:, n_images * i + image])
 
 
-@njit(cache=True, nogil=True, fastmath=FAST)
+@njit(fastmath=FAST)
 def _insert_values(values: np.ndarray, ids: np.ndarray, dots: np.ndarray) -> float:
     """Put the weighted values of a patch's dots in place of r in `dots`; return their weighted mean."""
     weighted_sum = total_weight = 0.0
@@ -152,7 +152,7 @@ def _insert_values(values: np.ndarray, ids: np.ndarray, dots: np.ndarray) -> flo
     return weighted_sum / total_weight
 
 
-@njit(cache=True, nogil=True, fastmath=FAST)
+@njit(fastmath=FAST)
 def _orient(
     xyz: np.ndarray,
     normals: np.ndarray,
@@ -207,7 +207,7 @@ def _orient(
     return sum_of_r / total_weight
 
 
-@njit(cache=True, nogil=True, fastmath=FAST)
+@njit(fastmath=FAST)
 def _split(field: np.ndarray, row: np.ndarray, column: np.ndarray, parts: np.ndarray) -> None:
     """Compute sums and differences of the four mirror images of every node of a quarter."""
     for q in range(len(row)):

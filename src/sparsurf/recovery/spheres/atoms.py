@@ -131,7 +131,7 @@ def _best_supported(rows: np.ndarray) -> np.ndarray:
     return rows[chosen]
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _touching(probes: PatchIndex, centre: Vector, reach: float, tolerance: float) -> int:
     """Count the probe centres at the distance `reach` from a centre, up to the tolerance; -1 if one is nearer."""
     outer, inner2, outer2, n = reach + tolerance, (reach - tolerance) ** 2, (reach + tolerance) ** 2, 0
@@ -145,7 +145,7 @@ def _touching(probes: PatchIndex, centre: Vector, reach: float, tolerance: float
     return n
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _touches(probes: PatchIndex, centres: np.ndarray, reach: np.ndarray, tolerance: float) -> np.ndarray:
     """Return `_touching` of centres (m, 3) and distances (m,)."""
     out = np.empty(len(centres), np.int64)
@@ -154,7 +154,7 @@ def _touches(probes: PatchIndex, centres: np.ndarray, reach: np.ndarray, toleran
     return out
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def append(rows: np.ndarray, n: int, centre: Vector, radius: float, touches: int) -> np.ndarray:
     """Write a candidate into row n, of a longer array where there is no such row."""
     if n == len(rows):
@@ -164,7 +164,7 @@ def append(rows: np.ndarray, n: int, centre: Vector, radius: float, touches: int
     return rows
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _lists_pair(near: np.ndarray, i: int, j: int, k: int) -> bool:
     """Return whether j and k are both among the neighbours of probe i."""
     found = 0
@@ -173,7 +173,7 @@ def _lists_pair(near: np.ndarray, i: int, j: int, k: int) -> bool:
     return found == 2
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def centres_of_spheres(
     origin: Vector, b: Vector, c: Vector, radius: float
 ) -> tuple[bool, tuple[Vector, Vector]]:
@@ -191,7 +191,7 @@ def centres_of_spheres(
     return True, (add_scaled(middle, up, w), add_scaled(middle, -up, w))
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _spheres_of_triples(
     probes: PatchIndex,
     seeds: np.ndarray,
@@ -225,7 +225,7 @@ def _spheres_of_triples(
     return rows[:n].copy()
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _refine(probes: PatchIndex, atoms: np.ndarray, probe: float, tolerance: float) -> None:
     """Move the atoms (A, 5), in place, to the least squares of their distances from the probes that touch them."""
     for i in range(len(atoms)):
@@ -255,7 +255,7 @@ def _refine(probes: PatchIndex, atoms: np.ndarray, probe: float, tolerance: floa
                 set_point(atoms, i, add_scaled(centre, 1.0, step))
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _solved(s: np.ndarray) -> Vector:
     """Solve a symmetric system of three equations, damped, by Cramer's rule."""
     ridge = DAMPING * (s[0] + s[3] + s[5])
@@ -270,7 +270,7 @@ def _solved(s: np.ndarray) -> Vector:
     )
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _only_atom(
     grid: PatchIndex, radii: np.ndarray, largest: float, centre: Vector, probe: float, tolerance: float
 ) -> int:
@@ -286,13 +286,13 @@ def _only_atom(
     return found
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _is_near(grid: PatchIndex, centre: Vector, distance: float) -> bool:
     """Return whether a point of the grid lies within a distance of a centre."""
     return _touching(grid, centre, 0.5 * distance, 0.5 * distance) != 0
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _second_atoms(
     probes: PatchIndex,
     near: np.ndarray,

@@ -150,7 +150,7 @@ def touched_atoms(
     return start, touched
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _touched_atoms(
     probes: np.ndarray, grid: PatchIndex, reach: np.ndarray, outer: float, tolerance: float
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -170,14 +170,14 @@ def _touched_atoms(
     return start, touched[:n, 0].copy()
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _unit(v: Vector) -> Vector:
     """Return a vector divided by its length."""
     length = math.sqrt(dot(v, v))
     return v[0] / length, v[1] / length, v[2] / length
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _explain(
     probes: np.ndarray,
     normals: np.ndarray,
@@ -228,7 +228,7 @@ def _explain(
                         used[touched[first + c]] += 1
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _off_plane(a: Vector, b: Vector, inward: Vector, least: float) -> float:
     """Return the angle, rad, by which a direction leaves the plane of two others; infinity if it does not lie between these."""
     across = cross(a, b)
@@ -240,7 +240,7 @@ def _off_plane(a: Vector, b: Vector, inward: Vector, least: float) -> float:
     return abs(dot(across, inward))
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _in_cone(a: Vector, b: Vector, c: Vector, inward: Vector) -> bool:
     """Return whether a direction lies among three others."""
     volume = dot(cross(a, b), c)
@@ -254,7 +254,7 @@ def _in_cone(a: Vector, b: Vector, c: Vector, inward: Vector) -> bool:
     return min(weights) > BORDER
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _append_if_confirmed(
     rows: np.ndarray, n: int, place: Vector, radius: float, probe: float, witnesses: _Witnesses
 ) -> tuple[np.ndarray, int]:
@@ -265,7 +265,7 @@ def _append_if_confirmed(
     return append(rows, n, place, radius, surplus), n + 1
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _surplus(place: Vector, reach: float, witnesses: _Witnesses) -> int:
     """Count the constraints of unexplained dots that a place meets beyond three; below 0 also where a probe is inside.
 
@@ -305,7 +305,7 @@ def _surplus(place: Vector, reach: float, witnesses: _Witnesses) -> int:
     return total - 3
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _places(
     unexplained: np.ndarray,
     near: np.ndarray,

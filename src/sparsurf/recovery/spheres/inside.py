@@ -60,7 +60,7 @@ class Inside:
         return np.concatenate([*parts, np.empty(0)])
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _solid_angles(
     points: np.ndarray, grid: PatchIndex, first: np.ndarray, middle: np.ndarray, normal: np.ndarray
 ) -> np.ndarray:

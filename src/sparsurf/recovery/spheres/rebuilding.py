@@ -327,7 +327,7 @@ def _nearest_facing(
     return out
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _write_nearest_facing(
     index: PatchIndex,
     points: np.ndarray,
@@ -355,7 +355,7 @@ def _write_nearest_facing(
         out[i] = found
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _distances_to_nearest(index: PatchIndex, points: np.ndarray, radius: float) -> np.ndarray:
     """Return the distance of each point from the nearest dot of the index, (m,), at most `radius` Å."""
     out, nearby = np.full(len(points), radius), np.empty(len(index.dot) + 1, np.int32)
@@ -367,7 +367,7 @@ def _distances_to_nearest(index: PatchIndex, points: np.ndarray, radius: float) 
     return out
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _push_out(
     centres: PatchIndex, begin: int, end: int, probe: float, points: np.ndarray, normals: np.ndarray
 ) -> None:

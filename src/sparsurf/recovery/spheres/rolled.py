@@ -118,7 +118,7 @@ def _roll_where_dots_lie(
     return rolled._replace(left_out=centres_apart_from(rolling, places, start, touched))
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _are_near(grid: PatchIndex, points: np.ndarray, distance: float) -> np.ndarray:
     """Return which points (n, 3) have a point of a grid within a distance, (n,) bool."""
     near = np.zeros(len(points), np.bool_)

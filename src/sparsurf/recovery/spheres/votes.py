@@ -143,7 +143,7 @@ class _Booth:
         return round(float(fine[scores > 0.98 * scores.max()].mean()), 3)
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _write_votes(
     points: np.ndarray,
     normals: np.ndarray,
@@ -180,7 +180,7 @@ def _write_votes(
     return n
 
 
-@njit(cache=True, nogil=True)
+@njit()
 def _peaks(votes: np.ndarray, width: float, n: int) -> tuple[np.ndarray, np.ndarray]:
     """Find the n windows of ascending votes that hold most of them, without their flanks; return medians and numbers."""
     middle, count, found, left = np.empty(n), np.empty(n, np.int64), 0, len(votes)
