@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from sparsurf.api.about import About
+from sparsurf.api.about import About, heard
 from sparsurf.api.frames import FramesRequest, frames_request, residues_of_frame
 from sparsurf.api.origin import rows_of_origin
 from sparsurf.api.pages import heading_of
@@ -118,7 +118,9 @@ def page_of_frames(
         frames += parallel_map(lambda k, _, first=first: frame_at(first + k), size, cores, 1)  # type: ignore[misc]
         progress.advance(size)
     progress.close()
-    sentences = [*(about.heard.sentences if about.heard else ())]
+    with heard("contacts") as of_contacts:
+        contacts = contacts_on_page(shown, drawn, rules)
+    sentences = [*(about.heard.sentences if about.heard else ()), *of_contacts.sentences]
     sentences += drawn_without_surface(shown, molecule.n_atoms)
     return overview_of_frames(
         heading_of(about, molecule),
@@ -128,7 +130,7 @@ def page_of_frames(
         {str(name): np.array([frame.residues[name] for frame in frames]) for name in frames[0].residues},
         (request.ranked_column, request.rank_by),
         [label_of_frame(molecule, int(k)) for k in positions],
-        contacts_on_page(shown, drawn, rules),
+        contacts,
         sentences,
         about.heard.left_out if about.heard else None,
         rows_of_origin(about, molecule, rules=rules),

@@ -162,7 +162,9 @@ def page_of_surface(
     if molecule is not None and surface.origin is not None:
         drawn = with_surroundings(molecule)
         atoms, xyz = DrawnAtoms(drawn, molecule.n_residues), drawn.xyz[surface.origin.frame]
-        buried = contacts_on_page(drawn, [xyz], surface.origin.rules)
+        with heard("contacts") as of_contacts:
+            buried = contacts_on_page(drawn, [xyz], surface.origin.rules)
+        sentences += of_contacts.sentences
         relative = relative_areas(molecule, surface.origin.frame, surface.origin.rules)
         numbers += [ResidueValues("relative accessible area", "", relative[None], 2, "buried", "exposed")]
         sentences += drawn_without_surface(drawn, molecule.n_atoms)

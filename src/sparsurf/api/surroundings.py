@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from dataclasses import fields, replace
 from typing import TYPE_CHECKING, Any
 
@@ -30,6 +31,8 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from sparsurf.surfaces.surface import Rules
+
+log = logging.getLogger("sparsurf")
 
 LEAST_BURIED = 0.5  # Å^2, of a row
 NEAR_MOLECULE = 6.0  # Å, from a ligand that is drawn to the molecule
@@ -98,7 +101,9 @@ def drawn_without_surface(drawn: Molecule, n_atoms: int) -> list[str]:
 
 
 def contacts_on_page(drawn: Molecule, frames: Iterable[np.ndarray], rules: Rules) -> pd.DataFrame | None:
-    """Return the contacts of a molecule over frames (A, 3), Å, as `frames` does, the largest first; None where there are none.
+    """Return the contacts of a molecule over frames (A, 3), Å, as `frames` does, the largest first.
+
+    None where there are none, or where partners overlap, as a warning then says.
 
     Columns are the `number` of the residue, its `own` partner, the `partner` that buries it, `occupancy`, `mean`, Å^2, and
     `together`, Å^2, which all partners bury of the residue in the mean.
@@ -113,7 +118,8 @@ def contacts_on_page(drawn: Molecule, frames: Iterable[np.ndarray], rules: Rules
     for xyz in frames:
         try:
             refuse_overlapping_partners(drawn, partners, xyz.round(3))
-        except InputError:
+        except InputError as error:
+            log.warning("contacts are left out: %s", str(error).removeprefix("areas: "))
             return None
         rolled = roll_checked(xyz.round(3), sizes, rules.probe_radius, in_order=True)
         atom, partner, buried = contacts_of_rolled(rolled, partners.number)

@@ -508,6 +508,22 @@ def test_a_page_of_a_trajectory_names_its_files_and_the_frames_that_it_shows(fol
         assert rows.items() >= (files | shown | {"atoms": "30 atoms of 6 residues"}).items()
 
 
+@pytest.mark.parametrize("frames", [1, 2])
+def test_a_page_says_why_it_lists_no_contacts(tmp_path, caplog, frames):
+    """Of two chains in the same place: which buries which cannot be said."""
+    chain, path = peptide(["ALA", "GLY", "SER"]), tmp_path / "twice.pdb"
+    twice = f"{chain}TER\n{peptide(['ALA', 'GLY', 'SER'], chain='B')}TER\n"
+    path.write_text("".join(f"MODEL     {k:4d}\n{twice}ENDMDL\n" for k in range(1, frames + 1)) + "END\n")
+    trajectory = None
+    if frames > 1:
+        trajectory = path.with_suffix(".xtc")
+        mdtraj.load(str(path)).save(str(trajectory))
+    html = sparsurf.show(path, trajectory=trajectory, open_browser=False).html
+    assert not unpacked(html)[0]["touching"]
+    said = [line for line in caplog.messages if "lie at the position" in line]
+    assert len(said) == 1 and said[0][1:] in html
+
+
 def test_contacts_over_frames_have_the_share_of_the_frames_in_which_they_last(tmp_path):
     """Of a chain that leaves the other one in the last of three frames."""
     chains = [
