@@ -486,7 +486,8 @@ def print_steps(source: str, residues: str | None = None, copies: int = 1) -> No
     index = step("index", lambda: build_index(surface.points, surface.normals))
     rough = step("roughness", lambda: roughness_of_patches(index, threads=cores))
     if source != "embedded":
-        prepared = step("cover", lambda: PreparedSurface(surface, roughness=rough, threads=cores))
+        prepared = PreparedSurface(surface, roughness=rough, threads=cores)
+        step("cover", lambda: prepared.cover)
         combinations = published_sampling.parameter_grid(*SMALL_GRID)
         step(LAST_STEP, lambda: grid.evaluate_grid(prepared, combinations, 400))
     print(json.dumps({"atoms": 0 if one else len(spheres[0]), "dots": len(surface), "steps": steps}))

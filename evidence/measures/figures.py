@@ -45,6 +45,12 @@ def numbers(
         add(2, f"{quantity} n_S", value)
     uniform = grid[(grid[["beta", "gamma", "delta"]] == 0).all(axis=1)].iloc[0]
     add(2, f"n_S at alpha {uniform['alpha']:g}, the others 0", uniform["n_S_percent"])
+    highest = limit_case(grid, {"beta": 0, "gamma": 0, "delta": 0})["kept"]
+    add(
+        2,
+        "highest d with beta, gamma and delta 0, kept",
+        *(highest[f"d{end}_kept"] for end in ("", "_low", "_high")),
+    )
     at_one = grid[np.isclose(grid["alpha"], FULL_ALPHA)]
     published = at_one[np.isclose(at_one[PARAMETERS], PUBLISHED_BEST).all(axis=1)].iloc[0]
     for reading in GRID_READINGS:
@@ -76,6 +82,7 @@ def numbers(
         add(5, f"kept of the roughest tenth, {combination}", first["kept_percent"])
         add(5, f"kept of the flattest tenth, {combination}", last["kept_percent"])
         add(5, f"kept of all dots, {combination}", first["uniform_percent"])
+    add(4, "Z of the mean patch", best["references"]["Z_mean_descriptor"])
     return pd.DataFrame(rows)
 
 

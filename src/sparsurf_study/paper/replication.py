@@ -26,6 +26,7 @@ LINK_DISTANCES = (0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5)  # Å, 
 
 GATHERED = ((1, 0, 6, 0), (1, 1, 10, 0))  # combinations that the paper's Fig. 5 shows
 TENTHS = 10  # All dots are divided into tenths by their roughness.
+TESTS_OF_TENTH = 200  # dots of a tenth around which patches are counted, at most
 STEPS_BESIDES_RUNS = 12  # The other tables take as long as so many runs of the grid, for the progress.
 
 
@@ -200,17 +201,25 @@ def tuned_family(
 
 
 def gathering_by_roughness(prepared: PreparedSurface, draws: int) -> pd.DataFrame:
-    """Measure which share of the dots the sampling keeps in each tenth of all dots by roughness, the roughest first."""
+    """Measure which share of the dots the sampling keeps in each tenth of all dots by roughness, the roughest first.
+
+    Each row also has the median number of dots in the patches of this tenth, of the sampling and of a random subset, by reading.
+    """
     order = np.argsort(prepared.roughness, kind="stable")
     rows = []
     for combination in GATHERED:
-        kept = np.zeros(len(order))
-        for draw in range(draws):
-            kept[prepared.pair(combination, draw)[0]] += 1 / draws
+        pairs = [prepared.pair(combination, draw) for draw in range(draws)]
+        kept = np.bincount(np.concatenate([sampled for sampled, _ in pairs]), minlength=len(order)) / draws
         for tenth, dots in enumerate(np.array_split(order, TENTHS), 1):
             row = {"combination": str(Combination(*combination)), "tenth": tenth}
             row |= {"roughness": prepared.roughness[dots].mean(), "kept_percent": 100 * kept[dots].mean()}
-            rows.append(row | {"uniform_percent": 100 * kept.mean()})
+            row |= {"uniform_percent": 100 * kept.mean()}
+            tests = dots[:: -(-len(dots) // TESTS_OF_TENTH)]
+            for key, subsets in zip(("", "uniform_"), zip(*pairs, strict=True), strict=True):
+                sizes = prepared.patch_sizes(subsets, tests, GRID_READINGS)
+                for reading, of_reading in zip(GRID_READINGS, sizes, strict=True):
+                    row[f"median_patch_size_{key}{reading}"] = np.median(of_reading)
+            rows.append(row)
     return pd.DataFrame(rows)
 
 

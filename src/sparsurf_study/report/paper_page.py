@@ -36,6 +36,7 @@ from sparsurf.evaluation.prepared_surface import PreparedSurface
 
 PAPER_TEMPLATE = "paper.html.j2"
 YES, NO, TOO_FEW, NOT_TESTED = "yes", "no", "too few runs", "not tested"
+AS_PRINTED = "as printed yes, in the code no"
 PUBLISHED_BEST = (1, 0, 6, 0)  # The published best combination at alpha = 1.
 ROW_OF_BEST = 5  # The row of Table I that holds it.
 # Of Eq. 2, by the values of the parameters that are set to 0 or 1
@@ -281,6 +282,7 @@ def positive(grid: pd.DataFrame, rows: pd.DataFrame, family: pd.DataFrame) -> di
     return {
         "holds": {reading: of_rows(rows[f"d_low_{reading}"] > 0) for reading in GRID_READINGS},
         "published": int((rows["d_published"] > 0).sum()),
+        "open": rows_around(rows, "d", KEPT_READING, 0),
         "n": len(grid),
         "counts": counts,
         "members": int(family["members"].sum()),
@@ -289,18 +291,26 @@ def positive(grid: pd.DataFrame, rows: pd.DataFrame, family: pd.DataFrame) -> di
     }
 
 
+def rows_around(rows: pd.DataFrame, name: str, reading: str, limit: float) -> list[int]:
+    """Return the rows of Table I, from 1, whose 95 % interval contains a limit."""
+    low, high = (rows[f"{name}_{end}_{reading}"].to_numpy() for end in ("low", "high"))
+    return (1 + np.flatnonzero((low <= limit) & (limit <= high))).tolist()
+
+
 def describe_grid(grid: pd.DataFrame, rows: pd.DataFrame, null: float) -> dict[str, Any]:
     """Count the rows of Table I and the combinations that describe a patch better than the mean patch does."""
     tables = (grid, rows)
-    holds, worse = {}, {}
+    holds, worse, open_rows = {}, {}, {}
     for reading in GRID_READINGS:
         better = [table[f"Z_tS_{reading}"] < null for table in tables]
         holds[reading] = of_rows(better[1])
+        open_rows[reading] = rows_around(rows, "Z_tS", reading, null)
         worse[reading] = [int((~is_better).sum()) for is_better in better]
     return {
         "holds": holds,
         "null": null,
         "counts": worse,
+        "open": open_rows,
         "n": (len(grid), len(rows)),
     }
 
@@ -340,20 +350,28 @@ def describe_uniform(grid: pd.DataFrame, patches: float) -> dict[str, Any]:
 
 
 def gather(gathering: pd.DataFrame) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Compare the shares of the dots kept where the surface is roughest, where it is flattest, and everywhere: two chapters."""
+    """Compare the shares kept of the roughest and the flattest dots, and the dots of flat patches: two chapters."""
     groups = gathering.groupby("combination", sort=False)
     rows = groups["kept_percent"].agg(roughest="first", flattest="last")
-    rows["all"] = groups["uniform_percent"].first()
-    gathers, fewer = (rows["roughest"] > rows["flattest"]).all(), (rows["flattest"] < rows["all"]).all()
-    records = rows.reset_index().to_dict("records")
-    return {"holds": both(bool(gathers)), "rows": records}, {"holds": both(bool(fewer))}
+    rows["all"], flattest = groups["uniform_percent"].first(), groups.last()
+    fewer = {}
+    for reading in GRID_READINGS:
+        sampled, uniform = (flattest[f"median_patch_size_{key}{reading}"] for key in ("", "uniform_"))
+        fewer[reading] = answer(bool((sampled < uniform).all()))
+    return (
+        {
+            "holds": both(bool((rows["roughest"] > rows["flattest"]).all())),
+            "rows": rows.reset_index().to_dict("records"),
+        },
+        {"holds": fewer, "rows": flattest.reset_index().to_dict("records")},
+    )
 
 
 def probability(surface: dict[str, Any], table: pd.DataFrame) -> dict[str, Any]:
     """Check that no distance exceeds r_patch, so that p of Eq. 2 cannot exceed 1; d by row with distances from the dot itself."""
     d = table.pivot(index="row", columns="sampling", values=f"d_{KEPT_READING}")
     return {
-        "holds": both(surface["largest_r"] <= 1),
+        "holds": dict.fromkeys(GRID_READINGS, YES if surface["largest_r"] <= 1 else AS_PRINTED),
         "largest_r": surface["largest_r"],
         "rows": d[["as published", DISTANCES_UNMOVED]].to_records().tolist(),
     }
@@ -364,6 +382,7 @@ def orientation(references: dict[str, Any], turned: float) -> dict[str, Any]:
     fresh = references["floors"]["fresh dots"]
     return {
         "holds": both(turned <= fresh),
+        "turned": turned,
         "fresh": fresh,
         "two_patches": references["Z_two_patches"],
     }
@@ -377,7 +396,8 @@ def links(table: pd.DataFrame, signs: pd.DataFrame, grid: pd.DataFrame) -> dict[
         "d": d.to_dict("index"),
         "distances": d.columns.tolist(),
         "best": (signs["d_link_best"].min(), signs["d_link_best"].max()),
-        "turned": int(signs["negative_from"].notna().sum()),
+        "tried": (table["d_link"].min(), longest := table["d_link"].max()),
+        "below": int((table.loc[table["d_link"] == longest, "d_high"] < 0).sum()),
         "rows": len(signs),
         "correlation": replication.correlation_of_readings(grid),
         "fragments": replication.correlation_with_fragments(grid),
@@ -425,10 +445,16 @@ def curve(table: pd.DataFrame) -> dict[str, Any]:
 
 
 def defects(table: pd.DataFrame) -> dict[str, dict[Any, float]]:
-    """Average over the ten rows how n_S and d change with each defect of the published sampling corrected."""
+    """Average over the ten rows how n_S and d change with each defect corrected, with the lowest and the highest change of d."""
     columns = ["n_S_percent", *(f"d_{reading}" for reading in GRID_READINGS)]
     by_sampling = {
         str(name): rows.set_index("row")[columns] for name, rows in table.groupby("sampling", sort=False)
     }
     reference = by_sampling.pop("as published")
-    return {name: (rows - reference).mean().to_dict() for name, rows in by_sampling.items()}
+    changes = {name: rows - reference for name, rows in by_sampling.items()}
+    return {
+        name: of_rows.mean().to_dict()
+        | {column.replace("d_", "d_low_"): of_rows[column].min() for column in columns[1:]}
+        | {column.replace("d_", "d_high_"): of_rows[column].max() for column in columns[1:]}
+        for name, of_rows in changes.items()
+    }
