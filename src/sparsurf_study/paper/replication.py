@@ -153,7 +153,7 @@ DEFECTS = {
     "as published": (True, True),
     "distances from the dot itself": (False, True),
     "one draw per dot": (True, False),
-    "both corrected": (False, False),
+    "both changed": (False, False),
 }
 
 

@@ -62,8 +62,8 @@ CHAPTERS_OF_FIGURES = {  # figures 1 to 5 of the paper: chapters with their numb
     "roughness": ("range_of_roughness",),
     "number_of_dots": ("span", "uniform"),
     "d_over_grid": ("best",),
-    "rough_and_flat": ("rough", "flat"),
-    "subsets": ("gather", "fewer"),
+    "rough_and_flat": ("rough", "flat", "fewer"),
+    "subsets": ("gather",),
 }
 
 

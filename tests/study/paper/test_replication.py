@@ -638,7 +638,7 @@ def test_each_defect_has_its_own_cover(page, prepared):
     for name, moved, every in (
         ("distances from the dot itself", False, True),
         ("one draw per dot", True, False),
-        ("both corrected", False, False),
+        ("both changed", False, False),
     ):
         cover = published.build_cover(
             prepared.index,
@@ -843,7 +843,9 @@ def test_every_row_of_the_page_is_that_of_its_table(page):
     titles = {
         row[0]: row[1:] for table in html.tables if table[0][0].startswith("the claim") for row in table[1:]
     }
-    of_figures = [row for table in html.tables if "says of Fig." in table[0][0] for row in table[1:]]
+    of_figures = [
+        row for table in html.tables if table[0][0].startswith("claims on which Fig.") for row in table[1:]
+    ]
     assert of_figures and all(titles[title] == answers for title, *answers in of_figures)
     assert [answer.text.rstrip(",") for answer in html.find("span", inside="big")] == claims["positive"]
     words = {reading: words_of(reading) for reading in readings}

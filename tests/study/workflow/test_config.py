@@ -118,7 +118,7 @@ def test_every_key_is_described():
 
 
 def test_the_schema_and_the_reference_page_are_those_of_the_models():
-    """Run `python -m sparsurf_study.config.check` to write them."""
+    """Run `make schema` to write them."""
     text = config_reference.SCHEMA_FILE.read_text(encoding="utf-8")
     assert json.loads(text) == config_reference.json_schema()
     assert config_reference.REFERENCE_PAGE.read_text(encoding="utf-8") == config_reference.reference_page()
