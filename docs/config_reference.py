@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from sparsurf import kinds
+from sparsurf import registry
 from sparsurf_study.config.models import Config
 
 HOME = Path(__file__).resolve().parents[1]
@@ -65,7 +65,9 @@ def reference_page() -> str:
             sections.append(f"\n## {key}\n\n{_meaning(rule, definitions)}\n\n{HEAD}{''.join(rows)}")
         else:
             alone.append(_row(key, rule))
-    samplers = "\n".join(f"  - `{name}`: {choice.meaning}" for name, choice in kinds.TABLE["sampler"].items())
+    samplers = "\n".join(
+        f"  - `{name}`: {choice.meaning}" for name, choice in registry.TABLE["sampler"].items()
+    )
     return INTRODUCTION.format(samplers=samplers) + HEAD + "".join([*alone, *sections])
 
 
@@ -112,7 +114,7 @@ def _type(rule: dict) -> str:
     """Return the type and range of a value in a few words."""
     if "anyOf" in rule:
         return " or ".join(dict.fromkeys(map(_type, rule["anyOf"])))
-    if rule.get("enum") == [*kinds.TABLE["sampler"]]:
+    if rule.get("enum") == [*registry.TABLE["sampler"]]:
         return "sampler"
     if "enum" in rule or "const" in rule:
         return ", ".join(f"`{value}`" for value in rule.get("enum", [rule.get("const")]))

@@ -8,7 +8,7 @@ import shutil
 import subprocess
 from pathlib import Path
 
-from sparsurf.api.about import About
+from sparsurf.api.page_metadata import About
 from sparsurf.api.pages import page_of_surface
 from sparsurf.api.show import surface_to_show
 from sparsurf.molecules.source import open_source

@@ -16,7 +16,7 @@ from pathlib import Path
 import yaml
 
 import sparsurf_study.columns
-from sparsurf import kinds
+from sparsurf import registry
 from sparsurf.cli import command
 from sparsurf_study import catalogue
 
@@ -130,7 +130,7 @@ def rules() -> Iterator[str]:
 def formats() -> Iterator[str]:
     """A row for each format of files that hold dots, meshes, spheres or tables: its suffix, content, and what it carries."""
     yield "| suffix | format | carries | read | written |\n|---|---|---|---|---|\n"
-    for name, choice in kinds.TABLE["format"].items():
+    for name, choice in registry.TABLE["format"].items():
         cells = [f"`.{name}`", f"{choice.label}: {choice.meaning}", ", ".join(choice.carries)]
         cells += ["yes" if holds else "" for holds in (choice.is_read, choice.is_written)]
         yield f"| {' | '.join(cells)} |\n"

@@ -8,7 +8,7 @@ from base64 import urlsafe_b64decode
 from dataclasses import astuple
 
 from sparsurf_study.batches.assignment import batched_structures, batches_of
-from sparsurf import kinds
+from sparsurf import registry
 from sparsurf_study import catalogue, manifest
 from sparsurf_study.catalogue import first_of_each_rule
 from sparsurf_study.workflow.code import versions_of_code
@@ -262,7 +262,7 @@ def if_sampled(file):
 
 def ranges_of_paper_sampler(wildcards):
     """The table of best combinations, where the sampler of the minimal subset takes its parameters from it."""
-    takes_them = config["minimal"]["sampler"] in kinds.samplers_of_combinations()
+    takes_them = config["minimal"]["sampler"] in registry.samplers_of_combinations()
     return if_sampled("ranges.csv")(wildcards) if takes_them else []
 
 

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from sparsurf_study.workflow.jobs import job
-from sparsurf.api.about import About
+from sparsurf.api.page_metadata import About
 from sparsurf.api.pages import page_of_surface
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.views import layout

@@ -249,12 +249,12 @@ def _dry_run(log, listed, options, all_jobs, edited, asks):
             planned.update((each, _description(each, asks)) for each in jobs if each not in planned)
 
         Job.log_info = note  # of this fork
-        from sparsurf import kinds
+        from sparsurf import registry
 
-        for registered in kinds._registered.values():  # a new process knows nothing that other tests added
+        for registered in registry._registered.values():  # a new process knows nothing that other tests added
             registered.clear()
-        kinds._plugins_in_use.clear()
-        kinds.plugins.cache_clear()
+        registry._plugins_in_use.clear()
+        registry.plugins.cache_clear()
         catalogue.checksum.cache_clear()
         as_it_is = Path.read_bytes
         Path.read_bytes = lambda path: as_it_is(path) + (b"\n# a line more" if path in edited else b"")

@@ -163,10 +163,10 @@ def test_every_recipe_has_steps_that_can_be_followed():
 def test_the_code_of_the_recipes_uses_what_there_is(edited):
     """Not slow, so that whoever renames something in the library learns of a recipe that uses it."""
     code = """
-from sparsurf import kinds
+from sparsurf import registry
 from sparsurf_study.report.figures import sizes
 names = {"sampler": "highest", "roughness": "steepest", "descriptor": "extent", "field": "from_centre", "format": "xyzn"}
-print(*(kinds.load(kind, name, kind)[0].label for kind, name in names.items()), sep=",")
+print(*(registry.load(kind, name, kind)[0].label for kind, name in names.items()), sep=",")
 """
     assert call(edited, "-c", code) == "highest dots,steepest slope,extent,distance from the centre,XYZN\n"
 
@@ -187,7 +187,7 @@ def test_what_the_registries_touch_passes_after_the_recipes(extended):
     by hand, of which the recipe of a key adds one.
     """
     files = (
-        "library/test_kinds.py", "library/sampling/test_samplers.py", "library/patches/test_descriptors.py",
+        "library/test_registry.py", "library/sampling/test_samplers.py", "library/patches/test_descriptors.py",
         "library/cli/test_options.py",
         "study/test_columns.py", "study/workflow/test_config.py", "test_architecture.py", "docs/test_table_numbers.py",
         "library/evaluation/test_residues.py", "study/test_catalogue.py",
@@ -220,7 +220,7 @@ def test_a_choice_takes_two_files():
             step["new"] or step["end"] or step["path"] or step["file"]
             for step in STEP.finditer(RECIPES[recipe])
         }
-        assert len(files) == 2 and "src/sparsurf/kinds.py" in files, recipe
+        assert len(files) == 2 and "src/sparsurf/registry.py" in files, recipe
 
 
 @pytest.mark.release

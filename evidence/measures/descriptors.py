@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from sparsurf_study.workflow.jobs import Job
 from measures.molecules import atoms_of
 from measures.tables import read_tables, write_tables
-from sparsurf import kinds
+from sparsurf import registry
 from sparsurf.patches.descriptors import describe_patches
 from sparsurf.patches.index import D_LINK, build_index
 from sparsurf.streams import stream
@@ -69,11 +69,11 @@ def steadiness(
     descriptors = {}
     for change, points, normals, places in poses(xyz, radii, tests, density, rng):
         index = build_index(points, normals, D_LINK)
-        for name in kinds.TABLE["descriptor"]:
+        for name in registry.TABLE["descriptor"]:
             z, _ = describe_patches(index, places, threads=threads, descriptor=name)
             descriptors.setdefault((name, change), []).append(z)
     rows = []
-    for name in kinds.TABLE["descriptor"]:
+    for name in registry.TABLE["descriptor"]:
         z = descriptors[name, ""][0]
         apart = np.linalg.norm(z - np.roll(z, 1, axis=0), axis=1).mean()  # tests stand in random order
         for change in CHANGES:
@@ -109,7 +109,13 @@ def draw(means: pd.DataFrame) -> Figure:
         error = [rows["ratio"] - rows["ratio_low"], rows["ratio_high"] - rows["ratio"]]
         x = [k + 0.36 * (d - 0.5) for k in range(len(changes))]
         ax.bar(
-            x, rows["ratio"], 0.32, yerr=error, color=colour, capsize=2, label=kinds.label("descriptor", name)
+            x,
+            rows["ratio"],
+            0.32,
+            yerr=error,
+            color=colour,
+            capsize=2,
+            label=registry.label("descriptor", name),
         )
     ax.set_xticks(range(len(changes)), [change.replace(", ", ",\n") for change in changes])
     ax.set_ylabel("change / difference of two patches")

@@ -15,7 +15,7 @@ from threadpoolctl import threadpool_limits
 
 import sparsurf
 from sparsurf_study.workflow.jobs import Job
-from sparsurf.dot_fields.registry import HYDROPATHY
+from sparsurf.dot_fields.named_fields import HYDROPATHY
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.surfaces.radii import radii

@@ -7,7 +7,7 @@ from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
-from sparsurf import kinds
+from sparsurf import registry
 from sparsurf.patches.readings import FULL_READING, GRID_READINGS, KEPT_READING, words_of
 from sparsurf.recovery.readings import RECOVERED
 from sparsurf.sampling.samplers import sampler_label
@@ -60,7 +60,7 @@ def needed(stored: dict[str, pd.DataFrame]) -> Figure:
     for k, reading in enumerate((FULL_READING, RECOVERED)):
         ax = layout.axes(figure, 16 + 88 * k, 9, 72, 54)
         for sampler, rows in table[table["reading"] == reading].groupby("sampler", sort=False):
-            colour, width, marker = kinds.TABLE["sampler"][sampler].line
+            colour, width, marker = registry.TABLE["sampler"][sampler].line
             ax.fill_between(
                 rows["percent"], rows["Z_low"], rows["Z_high"], color=colour, alpha=0.2, linewidth=0
             )

@@ -59,7 +59,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from sparsurf import progress, shown
+from sparsurf import display, progress
 from sparsurf.errors import InputError
 from sparsurf.kernel_cache import choose_kernel_cache, choose_matplotlib_folder, require_kernel_cache
 from sparsurf.version import __version__
@@ -81,11 +81,11 @@ if TYPE_CHECKING:  # editors and type checkers see what `__getattr__` loads
     from sparsurf.api.writing import write
     from sparsurf.evaluation.minimal_subset import Subset
     from sparsurf.evaluation.prepared_surface import PreparedSurface
-    from sparsurf.kinds import register
     from sparsurf.molecules.molecule import Molecule
     from sparsurf.molecules.read_molecule import read_molecule
     from sparsurf.recovery.law import density_for, error_at
     from sparsurf.recovery.spheres.atoms import Atoms
+    from sparsurf.registry import register
     from sparsurf.surfaces.chosen_points import Points
     from sparsurf.surfaces.mesh import Mesh
     from sparsurf.surfaces.read_surface import read_surface
@@ -121,7 +121,7 @@ FUNCTIONS = {
     "frames": "api.frames",
     "write": "api.writing",
     "show": "api.show",
-    "register": "kinds",
+    "register": "registry",
 }
 CLASSES = {
     "Areas": "api.areas",
@@ -188,7 +188,7 @@ def __getattr__(name: str) -> Any:
     return getattr(import_module(f"sparsurf.{module}"), name)
 
 
-shown.find_functions_by(lambda module: import_module(f"sparsurf.api.{module}"))
+display.find_functions_by(lambda module: import_module(f"sparsurf.api.{module}"))
 choose_kernel_cache()
 choose_matplotlib_folder()
 

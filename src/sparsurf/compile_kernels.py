@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from sparsurf import kinds
+from sparsurf import registry
 from sparsurf.errors import InputError
 
 BALL_DOTS = 300
@@ -92,7 +92,7 @@ def compile_patches() -> None:
     subsets = list(prepared.pair((0.5, 0.5, 1.0, 1.0), 0))
     prepared.distances(subsets, tests, prepared.describe(tests)[0], FULL_READING)
     # the kernels of cover, which takes dots on atoms, are those of surfaces and of the spheres
-    names = [name for name, choice in kinds.TABLE["sampler"].items() if choice.applies != kinds.ORIGIN]
+    names = [name for name, choice in registry.TABLE["sampler"].items() if choice.applies != registry.ORIGIN]
     for choose in samplers.get_samplers(names, "sampler").values():
         choose(prepared, 20, np.random.default_rng(0))
     run(PATCHES)

@@ -19,7 +19,7 @@ from pydantic import (
 )
 from pydantic_core import PydanticKnownError
 
-from sparsurf import arguments, kinds
+from sparsurf import arguments, registry
 from sparsurf.arguments import Auto, Cavities, Model, RadiiTable, Reentrant
 
 log = logging.getLogger("sparsurf")
@@ -66,14 +66,14 @@ def _one_of(kind: str, built_in: bool = False) -> Any:
 
     def check(value: Any) -> Any:
         if isinstance(value, str) and (
-            value in kinds.TABLE[kind] or (not built_in and kinds.has(kind, value))
+            value in registry.TABLE[kind] or (not built_in and registry.has(kind, value))
         ):
             return value
-        listed = [*kinds.TABLE[kind]] if built_in else kinds.names(kind)
+        listed = [*registry.TABLE[kind]] if built_in else registry.names(kind)
         expected = ", ".join(map(repr, listed)) + ("" if built_in else f" {OR_INSTALLED}")
         raise PydanticKnownError("literal_error", {"expected": expected})
 
-    schema = WithJsonSchema({"enum": [*kinds.TABLE[kind]], "type": "string"})
+    schema = WithJsonSchema({"enum": [*registry.TABLE[kind]], "type": "string"})
     return Annotated[str, BeforeValidator(check), schema]
 
 

@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
-from sparsurf import kinds
+from sparsurf import registry
 from sparsurf_study import catalogue
 
 PLACEHOLDERS = {
-    "<reading>": f"(?:{'|'.join(kinds.TABLE['reading'])})",
+    "<reading>": f"(?:{'|'.join(registry.TABLE['reading'])})",
     "<residue>": r"[^:]*:\w+",
     "<n>": r"\d+",
     "<m>": r"\d+",

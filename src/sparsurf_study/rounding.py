@@ -7,7 +7,7 @@ import re
 from os import PathLike
 from typing import TYPE_CHECKING
 
-from sparsurf import kinds
+from sparsurf import registry
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -16,7 +16,7 @@ DIGITS = 6  # Numbers without an error are rounded to so many digits.
 DIGITS_OF_ERROR = 2
 STANDARD_ERRORS_PER_INTERVAL = 4  # An interval of 95 % is so wide.
 MAX_DECIMALS = 12
-ENDING = re.compile(f"_(?:{'|'.join(kinds.TABLE['reading'])})$")
+ENDING = re.compile(f"_(?:{'|'.join(registry.TABLE['reading'])})$")
 # The errors of these are called se, low and high.
 VALUES = ("Z", "value", "auc", "mean", "difference", "factor")
 

@@ -17,7 +17,7 @@ from scipy.spatial import cKDTree
 import sparsurf
 from conftest import ROOT
 from peptides import peptide
-from sparsurf.dot_fields.registry import HYDROPATHY
+from sparsurf.dot_fields.named_fields import HYDROPATHY
 from sparsurf.surfaces.read_surface import read_surface
 
 pytest.importorskip("pyarrow")

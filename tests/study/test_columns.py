@@ -5,7 +5,7 @@ import pytest
 
 from conftest import ROOT
 from small_study import table_of
-from sparsurf import kinds
+from sparsurf import registry
 from sparsurf.cli import command
 from sparsurf.errors import InputError
 from sparsurf.surfaces.surface import RESERVED_COLUMNS
@@ -14,9 +14,9 @@ from sparsurf_study.analysis.tables import read_table
 from sparsurf_study.pairs import residue_moments
 
 NAMES = {
-    *kinds.TABLE["field"],
+    *registry.TABLE["field"],
     *residue_moments.MOMENT_FIELDS,
-    *kinds.TABLE["sampler"],
+    *registry.TABLE["sampler"],
     "score",
 }  # of fields and samplers; the small study has a field called score
 PLACES = ("<field>", "<sampler>", "<floor>")

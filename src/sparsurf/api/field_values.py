@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sparsurf import kinds
+from sparsurf import registry
 from sparsurf.api.inputs import field_names
 from sparsurf.dot_fields.maps import is_map
 from sparsurf.errors import InputError
@@ -18,7 +18,7 @@ from sparsurf.suggestions import did_you_mean
 from sparsurf.surfaces.spacing import refuse_sparse
 
 if TYPE_CHECKING:
-    from sparsurf.dot_fields.registry import FieldLike
+    from sparsurf.dot_fields.named_fields import FieldLike
     from sparsurf.surfaces.surface import Surface
 
 ROUGHNESS = "roughness"
@@ -34,9 +34,9 @@ def check_fields(
     chosen = field_names(fields, "fields")
     added = () if of_residues else (ROUGHNESS,)
     for field in chosen:
-        is_known = callable(field) or field in added or is_map(field) or kinds.has("field", field)
+        is_known = callable(field) or field in added or is_map(field) or registry.has("field", field)
         if not is_known and not has_table:
-            listed = (*added, *kinds.names("field"))
+            listed = (*added, *registry.names("field"))
             if of_residues and ROUGHNESS in did_you_mean(field, (ROUGHNESS, *listed)):
                 raise InputError(
                     f"{function}: there is no field {field!r}, and the table always has the column mean_roughness; "
@@ -44,7 +44,7 @@ def check_fields(
                 )
             hint = did_you_mean(field, listed) or f"; the fields are {', '.join(listed)}."
             raise InputError(f"{function}: there is no field {field!r}{hint}")
-        if callable(field) and kinds.name_of("field", field, "fields") == ROUGHNESS:
+        if callable(field) and registry.name_of("field", field, "fields") == ROUGHNESS:
             raise InputError(f"{function}: {ROUGHNESS} is a field already; rename your function.")
     return chosen
 
@@ -72,7 +72,7 @@ def with_fields(
     """
     if not fields:
         return surface
-    from sparsurf.dot_fields.registry import compute_fields, takes_dots  # here: few ask for fields
+    from sparsurf.dot_fields.named_fields import compute_fields, takes_dots  # here: few ask for fields
 
     values: dict[str, np.ndarray] = {}
     origin = surface.origin
@@ -80,8 +80,8 @@ def with_fields(
     for field in fields:
         if molecule is None and not (field == ROUGHNESS or is_map(field) or takes_dots(field)):
             raise InputError(
-                f"{function}: the field {kinds.name_of('field', field, 'fields')} follows from residues and charges, which are "
-                "unknown here; give a structure or a molecule."
+                f"{function}: the field {registry.name_of('field', field, 'fields')} follows from residues and charges, which "
+                "are unknown here; give a structure or a molecule."
             )
     of_atoms = [field for field in fields if field != ROUGHNESS]
     if of_atoms:

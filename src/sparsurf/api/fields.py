@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from sparsurf import kinds
+from sparsurf import registry
 from sparsurf.api.field_values import ROUGHNESS
 from sparsurf.api.inputs import (
     DotsLike,
@@ -26,11 +26,11 @@ from sparsurf.api.inputs import (
     subset_indices,
 )
 from sparsurf.api.surfaces import as_surface
-from sparsurf.api.whole import patches_or_none, whole_surface
+from sparsurf.api.whole_surface import patches_or_none, whole_surface
 from sparsurf.arguments import index_array
 from sparsurf.dot_fields.depth import depth_of_atoms, depth_of_residues
 from sparsurf.dot_fields.maps import is_map
-from sparsurf.dot_fields.registry import FieldLike, compute_fields
+from sparsurf.dot_fields.named_fields import FieldLike, compute_fields
 from sparsurf.errors import InputError, argument
 from sparsurf.evaluation.minimal_subset import Subset
 from sparsurf.evaluation.residues import residue_table
@@ -51,7 +51,7 @@ DEFAULT_FIELDS = ("hydropathy", "potential")
 
 
 @public(of_dots=True)
-@kinds.with_choices
+@registry.with_choices
 def fields(
     molecule: MoleculeLike | Surface | Points | Mesh,
     dots: Any = None,
@@ -146,7 +146,7 @@ def _are_names(value: Any) -> bool:
     """Return whether a value names fields, in the place of dots."""
     if isinstance(value, (list, tuple)):
         return bool(value) and all(isinstance(name, str) or callable(name) for name in value)
-    return callable(value) or is_map(value) or (isinstance(value, str) and kinds.has("field", value))
+    return callable(value) or is_map(value) or (isinstance(value, str) and registry.has("field", value))
 
 
 def labelled(source: Any) -> Any:

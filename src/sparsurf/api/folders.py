@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from sparsurf import progress
-from sparsurf.api.parts import digest_of_arguments, in_parts, store_beside, table_writers
+from sparsurf.api.checkpoints import digest_of_arguments, in_parts, store_beside, table_writers
 from sparsurf.api.writing import write_file
 from sparsurf.errors import InputError
 from sparsurf.files import checksum_of_file, pluralise
@@ -19,7 +19,7 @@ from sparsurf.messages import kind_of_warning, listening
 if TYPE_CHECKING:
     import pandas as pd
 
-    from sparsurf.dot_fields.registry import FieldLike
+    from sparsurf.dot_fields.named_fields import FieldLike
 
 log = logging.getLogger("sparsurf")
 

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from sparsurf.api.about import About, heard
 from sparsurf.api.frames import FramesRequest, frames_request, residues_of_frame
 from sparsurf.api.origin import rows_of_origin
+from sparsurf.api.page_metadata import About, heard
 from sparsurf.api.pages import heading_of
 from sparsurf.api.surroundings import contacts_on_page, drawn_without_surface, with_surroundings
 from sparsurf.arguments import D_LINK, Ranking
@@ -32,7 +32,7 @@ from sparsurf.threads import available_cores, parallel_map
 if TYPE_CHECKING:
     import pandas as pd
 
-    from sparsurf.dot_fields.registry import FieldLike
+    from sparsurf.dot_fields.named_fields import FieldLike
     from sparsurf.molecules.molecule import Molecule
     from sparsurf.views.page.shapes import DrawnAtoms, Shape
 

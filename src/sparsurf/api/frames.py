@@ -11,16 +11,16 @@ from typing import TYPE_CHECKING, Any, NamedTuple, overload
 
 import numpy as np
 
-from sparsurf import kinds
+from sparsurf import registry
 from sparsurf.api.areas import (
     contacts_over_frames,
     maximal_areas,
     refuse_overlapping_partners,
     sums_of_contacts,
 )
+from sparsurf.api.checkpoints import FORMATS, digest_of_arguments, in_parts, store_beside, table_writers
 from sparsurf.api.field_values import check_fields, refuse_maps
 from sparsurf.api.inputs import MoleculeLike, as_molecule, opened_source
-from sparsurf.api.parts import FORMATS, digest_of_arguments, in_parts, store_beside, table_writers
 from sparsurf.api.replacing import (
     COLUMNS_OF_CONTACTS,
     COLUMNS_OF_RANKING,
@@ -44,7 +44,7 @@ from sparsurf.arguments import (
     check_choice,
 )
 from sparsurf.dot_fields.depth import depth_below, depth_of_residues
-from sparsurf.dot_fields.registry import FieldLike, compute_fields, names_of_fields
+from sparsurf.dot_fields.named_fields import FieldLike, compute_fields, names_of_fields
 from sparsurf.errors import InputError, argument, naming_file
 from sparsurf.evaluation.frames import FrameSurface, surface_of_frame
 from sparsurf.evaluation.ranking import rank_residues, why_none_is_ranked
@@ -287,15 +287,15 @@ def frames_request(
     chosen = check_fields(fields, function, of_residues=True)
     refuse_maps(chosen, function)
     if not isinstance(rank, str) or rank not in RANKED_QUANTITIES:
-        if not callable(rank) and not kinds.has("field", rank):
-            listed = (*RANKED_QUANTITIES, *kinds.names("field"))
+        if not callable(rank) and not registry.has("field", rank):
+            listed = (*RANKED_QUANTITIES, *registry.names("field"))
             hint = did_you_mean(str(rank), listed) or f"; give one of {', '.join(listed)}."
             raise InputError(f"{argument('rank')} is {rank!r}, which is neither a column nor a field{hint}")
-        name = kinds.name_of("field", rank, "rank")
+        name = registry.name_of("field", rank, "rank")
         chosen = chosen if name in names_of_fields(chosen) else (*chosen, *check_fields(rank, function, True))
         rank = name
     for field in chosen:
-        kinds.load("field", field, "fields")
+        registry.load("field", field, "fields")
     return FramesRequest(rules, chosen, rank, rank_by)
 
 

@@ -15,7 +15,7 @@ from sparsurf.version import __version__
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from sparsurf.api.about import About
+    from sparsurf.api.page_metadata import About
     from sparsurf.molecules.molecule import Molecule
     from sparsurf.surfaces.surface import Rules, Surface
 

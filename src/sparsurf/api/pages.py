@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sparsurf.api.about import About, heard, refuse_missing_matplotlib
 from sparsurf.api.fields import DEFAULT_FIELDS
 from sparsurf.api.origin import rows_of_origin, rows_of_surface, shown_part
+from sparsurf.api.page_metadata import About, heard, refuse_missing_matplotlib
 from sparsurf.api.surroundings import (
     MAX_NAMED,
     contacts_on_page,
@@ -21,9 +21,9 @@ from sparsurf.api.surroundings import (
     relative_areas,
     with_surroundings,
 )
-from sparsurf.api.whole import WholeSurface, patches_or_none, whole_surface
+from sparsurf.api.whole_surface import WholeSurface, patches_or_none, whole_surface
 from sparsurf.arguments import ColourLimits
-from sparsurf.dot_fields.registry import compute_fields, label_and_unit
+from sparsurf.dot_fields.named_fields import compute_fields, label_and_unit
 from sparsurf.errors import InputError
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.evaluation.residues import residue_table

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sparsurf import kinds
+from sparsurf import registry
 from sparsurf.api.inputs import SurfaceLike
 from sparsurf.api.surfaces import as_index, as_surface
-from sparsurf.api.whole import WholeSurface, with_patches
+from sparsurf.api.whole_surface import WholeSurface, with_patches
 from sparsurf.arguments import LENGTH, check_flag, index_array
 from sparsurf.errors import InputError, argument
 from sparsurf.patches.descriptors import PUBLISHED, DescriptorLike, describe_patches
@@ -30,7 +30,7 @@ log = logging.getLogger("sparsurf")
 
 
 @public(of_dots=True)
-@kinds.with_choices
+@registry.with_choices
 def roughness(
     surface: SurfaceLike,
     *,
@@ -77,7 +77,7 @@ def roughness(
     ((24600,), 0.594)
     """
     r_patch, d_link = LENGTH.check(r_patch, "r_patch"), LENGTH.check(d_link, "d_link")
-    kinds.load("roughness", roughness, "roughness")  # refused before dots are placed
+    registry.load("roughness", roughness, "roughness")  # refused before dots are placed
     patches = PatchesSettings(r_patch=r_patch, d_link=d_link).model_copy(update={"roughness": roughness})
     return measured_roughness(as_surface(surface, d_link), patches)[0]
 
@@ -91,7 +91,7 @@ def measured_roughness(dots: Surface, patches: PatchesSettings) -> tuple[np.ndar
 
 
 @public(of_dots=True)
-@kinds.with_choices
+@registry.with_choices
 def descriptors(
     surface: SurfaceLike,
     at: ArrayLike | None = None,
@@ -143,7 +143,7 @@ def descriptors(
     """
     r_zernike = LENGTH.check(r_zernike, "r_zernike")
     check_flag(up, "up")
-    kinds.load("descriptor", descriptor, "descriptor")  # refused before dots are placed
+    registry.load("descriptor", descriptor, "descriptor")  # refused before dots are placed
     index = as_index(surface, d_link, r_zernike, "r_zernike")
     return describe_points(index, _points_at(index, at), r_zernike, bool(up), "at", descriptor)
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from sparsurf.api.writing import write_page
 from sparsurf.arguments import ColourLimits
-from sparsurf.dot_fields.registry import label_with_unit
+from sparsurf.dot_fields.named_fields import label_with_unit
 from sparsurf.errors import InputError, argument
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.surfaces.formats.colours import KIND_COLOURS, check_limits, scale_of

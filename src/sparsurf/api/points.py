@@ -33,7 +33,7 @@ from sparsurf.threads import available_cores
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from sparsurf.dot_fields.registry import FieldLike
+    from sparsurf.dot_fields.named_fields import FieldLike
 
 log = logging.getLogger("sparsurf")
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
-    from sparsurf.dot_fields.registry import FieldLike
+    from sparsurf.dot_fields.named_fields import FieldLike
     from sparsurf.surfaces.mesh import Mesh
     from sparsurf.surfaces.surface import Surface
 

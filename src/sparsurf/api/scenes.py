@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from sparsurf import kinds
+from sparsurf import registry
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.pdb import encode_label, pdb_b_factor, pdb_position
 from sparsurf.surfaces.formats.colours import KIND_COLOURS, Scale
@@ -20,8 +20,8 @@ from sparsurf.surfaces.surface import Surface
 # Of one file, which shows colours and stores no numbers; .cxc has two files next to it
 SCENES = tuple(
     name
-    for name in kinds.suffixes("dots")
-    if name in kinds.suffixes("colours") and name not in kinds.suffixes("fields")
+    for name in registry.suffixes("dots")
+    if name in registry.suffixes("colours") and name not in registry.suffixes("fields")
 )
 SPHERE_RADIUS = 0.3  # Å, of the spheres
 KEPT = (0.84, 0.37, 0.0)  # vermillion of Okabe and Ito, of a subset and of triangles

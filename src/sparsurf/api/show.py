@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sparsurf.api.about import About, Heard, heard
 from sparsurf.api.fields import labelled
 from sparsurf.api.frame_pages import page_of_frames, ranked_frames
 from sparsurf.api.inputs import SurfaceLike, as_molecule, has_atoms, is_subset, opened_source
+from sparsurf.api.page_metadata import About, Heard, heard
 from sparsurf.api.pages import page_of_surface
 from sparsurf.api.plot import (
     View,
@@ -27,7 +27,7 @@ from sparsurf.api.plot import (
 )
 from sparsurf.api.replacing import refuse_replacing
 from sparsurf.api.surfaces import as_surface, surface
-from sparsurf.api.whole import placed_again
+from sparsurf.api.whole_surface import placed_again
 from sparsurf.api.writing import PAGE_ENDINGS, parse_output, write_page
 from sparsurf.arguments import ColourLimits, Ranking, check_flag
 from sparsurf.errors import InputError
@@ -40,7 +40,7 @@ from sparsurf.surfaces.surface import Placement
 
 if TYPE_CHECKING:
     from sparsurf.api.frames import FramesRequest
-    from sparsurf.dot_fields.registry import FieldLike
+    from sparsurf.dot_fields.named_fields import FieldLike
     from sparsurf.surfaces.mesh import Mesh
 
 log = logging.getLogger("sparsurf")

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from sparsurf import kinds
+from sparsurf import registry
 from sparsurf.api.inputs import SurfaceLike, subset_indices
 from sparsurf.api.surfaces import as_surface
 from sparsurf.arguments import (
@@ -114,8 +114,8 @@ def prepare(
         return surface
     r_patch, r_zernike = LENGTH.check(r_patch, "r_patch"), LENGTH.check(r_zernike, "r_zernike")
     d_link, seed = LENGTH.check(d_link, "d_link"), SEED.check(seed, "seed")
-    kinds.load("roughness", roughness, "roughness")  # refused before dots are placed
-    kinds.load("descriptor", descriptor, "descriptor")
+    registry.load("roughness", roughness, "roughness")  # refused before dots are placed
+    registry.load("descriptor", descriptor, "descriptor")
     patches = PatchesSettings(r_patch=r_patch, r_zernike=r_zernike, d_link=d_link)
     return _prepared(
         surface, patches.model_copy(update={"roughness": roughness, "descriptor": descriptor}), seed
@@ -139,7 +139,7 @@ def _link_of(surface: PreparedLike) -> float:
 
 
 @public(of_dots=True)
-@kinds.with_choices
+@registry.with_choices
 def sample(
     surface: PreparedLike,
     *,
@@ -232,7 +232,7 @@ def _draw_combination(
         raise InputError(
             f"sample: a combination leaves the number of dots to chance; leave out {sizes[0]} or the combination."
         )
-    samplers = kinds.samplers_of_combinations()
+    samplers = registry.samplers_of_combinations()
     if sampler is not None and sampler not in samplers:
         names = " and ".join(samplers)
         raise InputError(f"sample: {names} draw by a combination, not {sampler!r}; leave out one of the two.")
@@ -241,7 +241,7 @@ def _draw_combination(
 
 
 @public(of_dots=True)
-@kinds.with_choices
+@registry.with_choices
 def compare(
     surface: PreparedLike,
     subsets: ArrayLike | Subset | Mapping[str, ArrayLike | Subset],

@@ -18,9 +18,9 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from sparsurf import kinds
-from sparsurf.api.about import About
+from sparsurf import registry
 from sparsurf.api.inputs import MoleculeLike, as_molecule, check_frame, is_subset
+from sparsurf.api.page_metadata import About
 from sparsurf.api.replacing import beside_mesh, beside_script, path_of_faces, refuse_replacing
 from sparsurf.api.scenes import SCENES, chimerax_script, write_scene
 from sparsurf.arguments import FRAME, ColourLimits, check_flag
@@ -50,26 +50,26 @@ if TYPE_CHECKING:
 
 log = logging.getLogger("sparsurf")
 
-SUFFIXES_OF_NUMBERS = kinds.suffixes("fields")  # These files have room for numbers at the dots.
+SUFFIXES_OF_NUMBERS = registry.suffixes("fields")  # These files have room for numbers at the dots.
 # PLY first: most programs open it
 MESHES = tuple(
     sorted(
-        (name for name in kinds.suffixes("triangles") if name not in SCENES), key=lambda name: name != ".ply"
+        (end for end in registry.suffixes("triangles") if end not in SCENES), key=lambda end: end != ".ply"
     )
 )
 DOTS_ALONE = (*SUFFIXES_OF_NUMBERS, *SCENES)
-SUFFIXES_OF_DOTS = kinds.suffixes("dots")  # DMS and MSMS name the atom of every dot
-TABLE_FORMATS = kinds.suffixes("residues")
+SUFFIXES_OF_DOTS = registry.suffixes("dots")  # DMS and MSMS name the atom of every dot
+TABLE_FORMATS = registry.suffixes("residues")
 OF_COLUMN = (".pdb",)  # These files hold one column of a table as B factors.
 PAGE_ENDINGS = (".html",)
-PAGE_FORMATS = kinds.suffixes("page")  # They show dots, or residues.
-SCRIPTS = kinds.suffixes("script")  # They open files that are written next to them.
+PAGE_FORMATS = registry.suffixes("page")  # They show dots, or residues.
+SCRIPTS = registry.suffixes("script")  # They open files that are written next to them.
 VIEWS = (*SCRIPTS, *PAGE_FORMATS)
 # What dots of a molecule, other dots, and a mesh are written as
 OUTPUTS_OF_DOTS, OUTPUTS_OF_DOTS_ALONE = (*SUFFIXES_OF_DOTS, *VIEWS), (*DOTS_ALONE, *VIEWS)
 OUTPUTS_OF_MESH = (*MESHES, *SCENES, *VIEWS)
 # Of a .pdb, its viewers choose the colours
-COLOURED = (*{*kinds.suffixes("colours")} - {".pdb"}, *VIEWS)
+COLOURED = (*{*registry.suffixes("colours")} - {".pdb"}, *VIEWS)
 POSITION_COLUMNS = ("x", "y", "z", "nx", "ny", "nz")
 MAX_NAME_BYTES = 255  # bytes
 BESIDE_OUTPUT = ".sparsurf-"  # begins the name of the folder in which a result is written
@@ -549,7 +549,7 @@ def write(
             origin.refuse_molecule("write", atoms, frame)
     source: Any = result
     if isinstance(source, Points) and ends_in(path, ".parquet"):
-        from sparsurf.api.parts import table_writers  # here: few results are such tables
+        from sparsurf.api.checkpoints import table_writers  # here: few results are such tables
 
         if about_fields:
             raise InputError("write: a table of points takes no names, colours or limits; leave them out.")
@@ -604,7 +604,7 @@ def _names_of_atoms(molecule: Molecule) -> list[str]:
 
 def _whole_of(subset: Subset) -> Surface | None:
     """Return the surface that the dots of a subset were chosen from; None if it is not known."""
-    from sparsurf.api.whole import placed_again  # here: other formats need none of its modules
+    from sparsurf.api.whole_surface import placed_again  # here: other formats need none of its modules
 
     return placed_again(subset.surface)
 

@@ -18,10 +18,10 @@ from importlib import import_module
 from inspect import signature
 from typing import Any, NoReturn
 
-from sparsurf import __version__, kinds, progress
+from sparsurf import __version__, progress, registry
 from sparsurf.errors import InputError, name_in_call, printable
 from sparsurf.files import open_closed_streams
-from sparsurf.garbage import collect_rarely
+from sparsurf.garbage_collection import collect_rarely
 from sparsurf.kernel_cache import require_kernel_cache
 from sparsurf.messages import listening
 from sparsurf.molecules.formats import STRUCTURE_LABELS, TOPOLOGY_LABELS
@@ -46,11 +46,11 @@ FAILED, NOT_UNDERSTOOD, INTERRUPTED = 1, 2, 130  # exit codes
 TERMINAL_WIDTH = 80
 EPILOG = f"""\
 FILE is a structure ({STRUCTURE_LABELS}; with --trajectory also {TOPOLOGY_LABELS}) or a file of dots
-({" ".join(kinds.suffixes("dots", is_read=True))}; a CSV has the columns x,y,z,nx,ny,nz). Both may be compressed (.gz .bz2 .xz),
-except for HDF5. `sparsurf frames --help` lists the formats of trajectories. `surface`, `residues`, `areas`, `frames`, `points`
-and `atoms` accept no dots, and `recover` accepts only dots. All commands but `residues`, `frames` and `recover` also accept files
-of spheres ({" ".join(kinds.suffixes("spheres", is_read=True))}). `areas`, `residues` and `points` write one table of a
-folder or of several files. Lengths are in Å. -o names the file
+({" ".join(registry.suffixes("dots", is_read=True))}; a CSV has the columns x,y,z,nx,ny,nz).
+Both may be compressed (.gz .bz2 .xz), except for HDF5. `sparsurf frames --help` lists the formats of trajectories. `surface`,
+`residues`, `areas`, `frames`, `points` and `atoms` accept no dots, and `recover` accepts only dots. All commands but `residues`,
+`frames` and `recover` also accept files of spheres ({" ".join(registry.suffixes("spheres", is_read=True))}).
+`areas`, `residues` and `points` write one table of a folder or of several files. Lengths are in Å. -o names the file
 of the result, and its suffix determines the format; an existing file of this name is replaced, but never an input. `-o -` writes
 to standard output, and -q prints only warnings and errors. npz and DMS keep the area, kind
 and atom of every dot. Errors are printed on standard error.

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from sparsurf import kinds
+from sparsurf import registry
 from sparsurf.cli import options, outputs
 from sparsurf.files import pluralise
 from sparsurf.molecules.listing import structures_in
@@ -43,7 +43,7 @@ def written(
     given = args.files if len(args.files) > 1 else args.files[0]
     args.file = "the list of files" if len(args.files) > 1 else given
     is_one = given is args.file and not os.path.isdir(given)
-    outputs.check(args, formats if is_one else kinds.suffixes("frames"))
+    outputs.check(args, formats if is_one else registry.suffixes("frames"))
     if is_one:
         return False
     from sparsurf.api.field_values import refuse_maps  # here, as below: a missing file needs no numba

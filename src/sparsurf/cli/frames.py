@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
-from sparsurf import kinds
+from sparsurf import registry
 from sparsurf.api.replacing import beside_frames, path_of_frames
 from sparsurf.arguments import STRIDE
 from sparsurf.cli import options, outputs
@@ -15,7 +15,7 @@ from sparsurf.molecules.formats import TOPOLOGY_LABELS
 if TYPE_CHECKING:
     from sparsurf.api.frames import Written
 
-FORMATS = kinds.suffixes("frames")
+FORMATS = registry.suffixes("frames")
 N_REPORTED = 5  # residues that change most
 EXAMPLES = """\
 FILE is the structure of the trajectory, or a file with several models. The

@@ -2,15 +2,15 @@
 
 import argparse
 
-from sparsurf import kinds
+from sparsurf import registry
 from sparsurf.api import writing
 from sparsurf.api.minimal import SIZES, represented
 from sparsurf.arguments import DISTANCE_OR_INFINITE, MODELS
 from sparsurf.cli import options, outputs
 from sparsurf.evaluation.minimal_subset import Representation
 from sparsurf.evaluation.statistics import reference_values
-from sparsurf.kinds import COVER
 from sparsurf.recovery.reconstructing import AUTO, SPHERES
+from sparsurf.registry import COVER
 from sparsurf.sampling.samplers import sampler_label
 from sparsurf.threads import available_cores
 from sparsurf.views.numbers import decimals, number, share
@@ -56,7 +56,7 @@ examples:
 
 HELP = {
     "percent": "share of all dots to keep, %%",
-    "n_dots": f"number of dots to keep (approximate for {' and '.join(kinds.samplers_of_combinations())})",
+    "n_dots": f"number of dots to keep (approximate for {' and '.join(registry.samplers_of_combinations())})",
     "density": "number of dots to keep per Å^2",
     "error": "keep as many dots as the sampler needs for this mean error of the reconstructed surface, Å (default 0.02)",
     "max_z": "keep as many dots as the sampler needs for this Z, without reconstruction",

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from sparsurf.arguments import DENSITY_LIMITS, PROBE, Auto
 from sparsurf.errors import InputError, printable
-from sparsurf.garbage import collect_rarely
+from sparsurf.garbage_collection import collect_rarely
 from sparsurf.version import __version__
 
 if TYPE_CHECKING:

@@ -12,9 +12,9 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from sparsurf import kinds, progress
-from sparsurf.api.about import About, heard
+from sparsurf import progress, registry
 from sparsurf.api.inputs import check_frame, is_file_of_spheres
+from sparsurf.api.page_metadata import About, heard
 from sparsurf.arguments import (
     AUTO,
     CAVITIES,
@@ -78,13 +78,13 @@ class Names(Container[str]):
         self.kind, self.added = kind, added
 
     def __contains__(self, name: object) -> bool:
-        return name in self.added or kinds.has(self.kind, name)
+        return name in self.added or registry.has(self.kind, name)
 
     def __iter__(self) -> Iterator[str]:
-        return iter([*self.added, *kinds.names(self.kind)])
+        return iter([*self.added, *registry.names(self.kind)])
 
     def __len__(self) -> int:
-        return len(self.added) + len(kinds.names(self.kind))
+        return len(self.added) + len(registry.names(self.kind))
 
 
 class SeveralNames(Names):
@@ -330,7 +330,7 @@ def reads_atoms(args: argparse.Namespace) -> bool:
 
 def refuse_file_of_dots(args: argparse.Namespace) -> NoReturn:
     """Raise InputError for a file that holds dots, or what is known by no format."""
-    if suffix(args.file) in kinds.suffixes(is_read=True):
+    if suffix(args.file) in registry.suffixes(is_read=True):
         raise InputError(
             f"{args.file} holds dots, and dots hold no atoms; give the structure that they lie on."
         )
@@ -425,7 +425,7 @@ def with_requested_fields(args: argparse.Namespace, surface: Surface, molecule: 
     names = names_of_requested_fields(args)
     if not names:
         return surface
-    from sparsurf.dot_fields.registry import compute_fields  # here: few ask for fields
+    from sparsurf.dot_fields.named_fields import compute_fields  # here: few ask for fields
 
     if molecule is None:
         raise InputError(

@@ -4,7 +4,7 @@ import argparse
 import sys
 from dataclasses import replace
 
-from sparsurf.api.about import refuse_missing_matplotlib
+from sparsurf.api.page_metadata import refuse_missing_matplotlib
 from sparsurf.api.replacing import Companions, beside_script, refuse_replacing
 from sparsurf.api.writing import SUFFIXES_OF_NUMBERS, DotsToWrite, parse_output, write_dots
 from sparsurf.errors import InputError

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from sparsurf import kinds
+from sparsurf import registry
 from sparsurf.api.field_values import check_fields
 from sparsurf.api.points import N_POINTS, points
 from sparsurf.api.writing import OUTPUTS_OF_DOTS, write
@@ -14,7 +14,7 @@ from sparsurf.dot_fields.maps import MAPS
 from sparsurf.molecules.formats import title
 from sparsurf.surfaces.chosen_points import NamedPoints, Points
 
-FORMATS = tuple(dict.fromkeys([*kinds.suffixes("points"), *OUTPUTS_OF_DOTS]))
+FORMATS = tuple(dict.fromkeys([*registry.suffixes("points"), *OUTPUTS_OF_DOTS]))
 EXAMPLES = f"""\
 The columns are x, y, z (Å), nx, ny, nz (the normal), area (Å^2, of the surface that the point represents), kind (0 contact,
 1 saddle, 2 concave), chain, residue, residue_name, atom_name, atom (its index, from 0) and the fields; numbers are float32. The

@@ -8,8 +8,8 @@ import numpy as np
 import pandas as pd
 
 from sparsurf.api import writing
-from sparsurf.api.about import heard
 from sparsurf.api.minimal import REACHES, recover_with_share
+from sparsurf.api.page_metadata import heard
 from sparsurf.api.patches import describe_points
 from sparsurf.api.replacing import beside_mesh
 from sparsurf.api.surfaces import mesh_of_dots, mesh_size

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from sparsurf.api import writing
-from sparsurf.api.about import heard
 from sparsurf.api.inputs import is_file_of_spheres
+from sparsurf.api.page_metadata import heard
 from sparsurf.api.replacing import beside_mesh
 from sparsurf.arguments import D_LINK, DENSITY_LIMITS
 from sparsurf.cli import options, outputs

@@ -11,15 +11,15 @@ import numpy as np
 import pandas as pd
 from numpy.typing import DTypeLike, NDArray
 
-from sparsurf import kinds
+from sparsurf import registry
 from sparsurf.arguments import Model
-from sparsurf.dot_fields.registry import compute_fields, takes_dots
+from sparsurf.display import Shown
+from sparsurf.dot_fields.named_fields import compute_fields, takes_dots
 from sparsurf.errors import InputError, argument
 from sparsurf.evaluation.prepared_surface import PreparedSurface, number_of_tests
 from sparsurf.evaluation.residues import residue_table
 from sparsurf.evaluation.subset_search import Found, find_subset, smallest_cover, smallest_subset_of_error
 from sparsurf.evaluation.trials import Trials
-from sparsurf.kinds import COVER, FARTHEST
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.patches.index import build_grid, build_index
 from sparsurf.recovery.errors import TAIL_QUANTILE, curvature, error_table
@@ -33,10 +33,10 @@ from sparsurf.recovery.reconstructing import (
     reconstruction_of,
 )
 from sparsurf.recovery.spheres.votes import MIN_DOTS
+from sparsurf.registry import COVER, FARTHEST
 from sparsurf.sampling.combination import PUBLISHED_CHOICES, Choices
 from sparsurf.sampling.samplers import farthest, weights_and_areas
 from sparsurf.settings import DECISIONS, TAIL_PER_ERROR, Minimal, Settings
-from sparsurf.shown import Shown
 from sparsurf.streams import Streams
 from sparsurf.surfaces.radii import radii as radii_of
 from sparsurf.surfaces.surface import Surface, SurfaceOrigin, largest_area
@@ -225,7 +225,7 @@ def represent(
     `streams`.
     """
     if molecule is not None and (
-        names := [name for name in settings.fields if table or kinds.has("field", name)]
+        names := [name for name in settings.fields if table or registry.has("field", name)]
     ):
         placed = surface
         if surface.origin is None and any(map(takes_dots, names)):

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sparsurf import kinds
+from sparsurf import registry
 from sparsurf.errors import InputError, argument
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.evaluation.statistics import CONFIDENCE_LEVEL, estimate
@@ -86,7 +86,7 @@ def draw_subset(
 def warn_if_number_differs(sampler: str, requested: int, n: int) -> None:
     """Warn if the number of dots differs from the request by more than a tenth."""
     if abs(n - requested) > MAX_DIFFERENCE * requested:
-        is_random = sampler in kinds.samplers_of_combinations()
+        is_random = sampler in registry.samplers_of_combinations()
         reason = ": its number of dots is random, and limited by its combinations" if is_random else ""
         log.warning("%s keeps %d dots instead of %d%s", sampler, n, requested, reason)
 

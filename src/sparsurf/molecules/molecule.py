@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sparsurf.display import Shown
 from sparsurf.errors import naming_file
 from sparsurf.files import StrPath, pluralise
 from sparsurf.molecules.residues import first_atoms, split_label
 from sparsurf.molecules.selection import select_atoms
-from sparsurf.shown import Shown
 
 if TYPE_CHECKING:
     import mdtraj

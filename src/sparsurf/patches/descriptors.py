@@ -1,6 +1,6 @@
 """Descriptors of patches, for many subsets of one surface in one pass.
 
-`subset_patches` decides which dots a patch holds, and a descriptor of `kinds` which numbers describe them.
+`subset_patches` decides which dots a patch holds, and a descriptor of `registry` which numbers describe them.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from functools import partial
 
 import numpy as np
 
-from sparsurf import kinds
+from sparsurf import registry
 from sparsurf.arguments import checked_result
 from sparsurf.kernels import njit
 from sparsurf.patches.index import R_ZERNIKE, PatchIndex, ball_bound, build_index
@@ -56,7 +56,7 @@ PROBE_DOTS, FLAT_PATCH_RADIUS = 12, 2.0
 
 def descriptor_of(value: DescriptorLike) -> Descriptor:
     """Return the descriptor of a name or a function; raise InputError if it returns no table of numbers."""
-    choice, found = kinds.load("descriptor", value, "descriptor")
+    choice, found = registry.load("descriptor", value, "descriptor")
     if isinstance(found, Descriptor):
         return found
     name = f"the descriptor {choice.name!r}"

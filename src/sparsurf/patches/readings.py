@@ -1,7 +1,7 @@
 """Readings of the paper's instruction that 'the points not connected are removed'.
 
 Most readings decide which dots of the one surface form a patch's island. A reading with `build_index` makes a separate
-surface from the kept dots only, and its whole patches are described. `kinds` lists all readings, and `recovery.readings` holds
+surface from the kept dots only, and its whole patches are described. `registry` lists all readings, and `recovery.readings` holds
 the one that reconstructs a surface.
 """
 
@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from sparsurf import kinds
+from sparsurf import registry
 
 if TYPE_CHECKING:
     from sparsurf.patches.index import PatchIndex
@@ -65,10 +65,10 @@ GRID_READINGS = (KEPT_READING, FULL_READING)
 
 def reading_of(value: ReadingLike) -> Reading:
     """Return the reading of a name, or of a function like `build_index`."""
-    _, reading = kinds.load("reading", value, "reading")
+    _, reading = registry.load("reading", value, "reading")
     return reading if isinstance(reading, Reading) else Reading(build_index=reading)
 
 
 def words_of(name: str) -> str:
     """Return the name of a reading in tables and figures."""
-    return kinds.label("reading", name)
+    return registry.label("reading", name)

@@ -1,4 +1,4 @@
-"""Local roughness R_i of every dot: the published one (paper, eq. 1), or another definition of `kinds`."""
+"""Local roughness R_i of every dot: the published one (paper, eq. 1), or another definition of `registry`."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from sparsurf import kinds
+from sparsurf import registry
 from sparsurf.arguments import checked_result
-from sparsurf.bits import lowest_bit
+from sparsurf.bit_operations import lowest_bit
 from sparsurf.errors import InputError
 from sparsurf.kernels import njit
 from sparsurf.patches.index import (
@@ -40,7 +40,7 @@ def roughness_of_patches(
     definition: str | RoughnessFunction = PUBLISHED_ROUGHNESS,
 ) -> np.ndarray:
     """Compute the roughness of the patch of every dot, (N,): 1 is flat, 0 is rough."""
-    choice, function = kinds.load("roughness", definition, "roughness")
+    choice, function = registry.load("roughness", definition, "roughness")
     values = function(index, float(radius), threads)  # an int would compile the kernels again
     if choice.is_built_in:
         return values

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from sparsurf.bits import lowest_bit
+from sparsurf.bit_operations import lowest_bit
 from sparsurf.kernels import njit
 from sparsurf.patches.index import PatchIndex, ball
 from sparsurf.patches.islands import drop_small_islands, largest_island, mark_all

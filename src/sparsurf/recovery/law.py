@@ -23,7 +23,7 @@ from sparsurf.arguments import (
     check_flag,
 )
 from sparsurf.errors import InputError
-from sparsurf.kinds import COVER, FARTHEST
+from sparsurf.registry import COVER, FARTHEST
 from sparsurf.settings import TAIL_PER_ERROR
 from sparsurf.suggestions import public
 

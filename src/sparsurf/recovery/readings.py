@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sparsurf import kinds
+from sparsurf import registry
 from sparsurf.arguments import D_LINK
 from sparsurf.patches.readings import Reading
 from sparsurf.surfaces.surface import DENSITY
@@ -59,4 +59,4 @@ ON_RECOVERED = Reading(
 
 def readings_of_columns(names: Container[str], start: str = "") -> list[str]:
     """Return the readings, in their order, for which `names` contains `start` followed by the reading."""
-    return [reading for reading in kinds.TABLE["reading"] if start + reading in names]
+    return [reading for reading in registry.TABLE["reading"] if start + reading in names]

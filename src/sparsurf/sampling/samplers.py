@@ -1,6 +1,6 @@
 """Samplers with one interface: (prepared surface, n, rng) -> n dots in the order of choice.
 
-`kinds` lists them. Every sampler of the library keeps exactly n dots, except those of the paper, whose n_S is random.
+`registry` lists them. Every sampler of the library keeps exactly n dots, except those of the paper, whose n_S is random.
 """
 
 from collections.abc import Callable, Iterable
@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sparsurf import kinds
+from sparsurf import registry
 from sparsurf.errors import InputError
 from sparsurf.patches.index import nearest_of, select_separated
 from sparsurf.sampling import published
@@ -42,7 +42,7 @@ class Sampler(NamedTuple):
 
 def sampler_label(name: str) -> str:
     """Return how figures and pages call a sampler of a table; the name itself if it is not registered."""
-    return kinds.label("sampler", name)
+    return registry.label("sampler", name)
 
 
 def get_samplers(
@@ -51,7 +51,7 @@ def get_samplers(
     """Return the samplers of names or functions, by name; an error names the config `key` that gives them."""
     samplers = {}
     for value in values:
-        choice, function = kinds.load("sampler", value, key)
+        choice, function = registry.load("sampler", value, key)
         if choice.takes_combinations:
             function = partial(function, choices=choices)
         elif not choice.is_built_in:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from sparsurf.shown import Shown
+from sparsurf.display import Shown
 from sparsurf.surfaces.surface import Surface
 
 if TYPE_CHECKING:

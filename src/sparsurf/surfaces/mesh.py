@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sparsurf.arguments import Cavities
+from sparsurf.display import Shown
 from sparsurf.errors import InputError
 from sparsurf.kernels import njit
-from sparsurf.shown import Shown
 from sparsurf.surfaces.components import all_other_centres, enclosed_of
 from sparsurf.surfaces.dot_placement import Rolled, roll_checked
 from sparsurf.surfaces.exact_distance import nearest_centres

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from sparsurf import kinds
+from sparsurf import registry
 from sparsurf.errors import FILE, InputError, naming_file
 from sparsurf.files import decode_text, read_bytes
 from sparsurf.suggestions import public
@@ -62,7 +62,7 @@ def read_points(path: Path | str) -> np.ndarray:
 def _recognised(path: Path | str) -> tuple[bytes, SurfaceFormat]:
     """Return the unpacked bytes of a file of dots, and its format."""
     content = read_bytes(path)
-    for name in kinds.formats_read():
+    for name in registry.formats_read():
         surface_format = _format_of(name, path)
         if surface_format.sniff(content[:BYTES_TO_RECOGNISE]):
             return content, surface_format
@@ -76,7 +76,7 @@ def _recognised(path: Path | str) -> tuple[bytes, SurfaceFormat]:
 
 def _format_of(name: str, path: Path | str) -> SurfaceFormat:
     """Return the format of a name: how its files are recognised and read; a user's function is told the path as well."""
-    choice, found = kinds.load("format", name, "format")
+    choice, found = registry.load("format", name, "format")
     if isinstance(found, SurfaceFormat):
         return found
     assert choice.sniff is not None  # `register` asks for it

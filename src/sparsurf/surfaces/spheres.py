@@ -11,7 +11,7 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from sparsurf import kinds
+from sparsurf import registry
 from sparsurf.errors import FILE, InputError, naming_file
 from sparsurf.files import ends_within_a_row, pluralise, read_text, shorten
 from sparsurf.molecules.atoms import AtomsLike
@@ -339,7 +339,7 @@ SPHERE_READERS: dict[str, SphereReader] = {
     ".mol": _sdf,
     ".mol2": _mol2,
 }
-SPHERE_FORMATS = kinds.suffixes("spheres", is_read=True)
+SPHERE_FORMATS = registry.suffixes("spheres", is_read=True)
 
 
 def write_spheres(

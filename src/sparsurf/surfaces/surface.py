@@ -25,9 +25,9 @@ from sparsurf.arguments import (
     Reentrant,
     index_array,
 )
+from sparsurf.display import Shown
 from sparsurf.errors import FILE, InputError, argument, naming_file
 from sparsurf.files import pluralise, shorten
-from sparsurf.shown import Shown
 from sparsurf.surfaces.plausibility import MIN_DOTS_TO_JUDGE, areas_are_known, check_plausibility
 
 if TYPE_CHECKING:

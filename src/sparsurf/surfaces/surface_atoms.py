@@ -22,9 +22,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sparsurf.arguments import Cavities, RadiiTable, index_array
+from sparsurf.display import Shown
 from sparsurf.errors import InputError
 from sparsurf.kernels import njit
-from sparsurf.shown import Shown
 from sparsurf.surfaces.components import joined_arcs, label_centres, set_of_arcs
 from sparsurf.surfaces.dot_placement import Rolled, roll_checked
 from sparsurf.surfaces.grid import PointGrid, columns_around, in_column, sort_into_grid

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib import colors
 
-from sparsurf.dot_fields.registry import label_with_unit
+from sparsurf.dot_fields.named_fields import label_with_unit
 from sparsurf.evaluation.ranking import MIN_AREA
 from sparsurf.surfaces.formats.colours import KIND_COLOURS, KIND_NAMES, Scale
 from sparsurf.views import layout, render

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from sparsurf import kinds
+from sparsurf import registry
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.evaluation.statistics import estimate, reference_values
 from sparsurf.patches.readings import FRAGMENTED_BELOW
@@ -51,7 +51,9 @@ def select_methods(
 ) -> dict[str, Method]:
     """Select samplers, all by default: functions (n, rng) -> dots by name, the paper's with winners of `ranges` or of Table I."""
     # compared with the interpolant, for which dots that touch every atom were not chosen
-    of_dots = [name for name, choice in kinds.TABLE["sampler"].items() if choice.applies != kinds.ORIGIN]
+    of_dots = [
+        name for name, choice in registry.TABLE["sampler"].items() if choice.applies != registry.ORIGIN
+    ]
     chosen = samplers.get_samplers(names or of_dots, "compare.samplers", choices_from_ranges(ranges))
     return {name: partial(sampler.__call__, prepared) for name, sampler in chosen.items()}
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from sparsurf import kinds
+from sparsurf import registry
 from sparsurf.errors import InputError
 from sparsurf.files import UNPACK, URL_START, shorten
 from sparsurf.molecules.formats import stem, suffix
@@ -120,7 +120,7 @@ def _with_local_copy(name: str, protein: dict) -> dict:
     path = path or _structure_by_id(protein.get("pdb"))
     if not path:
         return protein
-    if suffix(path) in kinds.suffixes(is_read=True):
+    if suffix(path) in registry.suffixes(is_read=True):
         return {"surface": path}
     options = {key: value for key, value in protein.items() if key not in ("url", "pdb", "sha256")}
     return {"structure": path} | options
@@ -218,12 +218,12 @@ def _check_fields(config: dict) -> Iterator[str]:
 
             columns[name] = {*filter(is_field_name, columns_of(protein["table"]))}
             if not columns[name] & {*config["fields"]} and all(
-                kinds.has("field", field) for field in config["fields"]
+                registry.has("field", field) for field in config["fields"]
             ):
                 yield f"proteins.{name}.table: `fields` names none of its columns; name one, or remove `table`."
     for k, field in enumerate(config["fields"]):
-        if kinds.has("field", field):
-            whose = kinds.origin("field", kinds.find("field", field, "fields"))
+        if registry.has("field", field):
+            whose = registry.origin("field", registry.find("field", field, "fields"))
             for name in columns:
                 if field in columns[name]:
                     yield (
@@ -231,7 +231,7 @@ def _check_fields(config: dict) -> Iterator[str]:
                         "column."
                     )
         elif not (columns and all(field in names for names in columns.values())):
-            allowed = one_of(field, kinds.names("field"), f" {OR_INSTALLED}")
+            allowed = one_of(field, registry.names("field"), f" {OR_INSTALLED}")
             end = "" if allowed.endswith("?") else "."
             yield f"fields.{k} is {shorten(repr(field))}, but must be a column of every `table` or {allowed}{end}"
 
@@ -244,7 +244,7 @@ def _check_surfaces(config: dict) -> Iterator[str]:
     if len(ready) == len(config["proteins"]):
         if config["ensemble"]["run"]:
             yield "ensemble.run is true, but every protein is a ready surface without frames; remove one of the two."
-        if fields := [name for name in config["fields"] if kinds.has("field", name)]:
+        if fields := [name for name in config["fields"] if registry.has("field", name)]:
             yield f"fields names {fields[0]}, which needs atoms, but every protein is a ready surface; remove it."
     samplers = config["compare"].get("samplers", ["uniform"])
     if len(samplers) > 1 and not {"uniform", "farthest"} & {*samplers}:
@@ -280,10 +280,10 @@ def _check_sections(config: dict) -> Iterator[str]:
         yield "sampling is false, but `compare` needs its grid; remove one of the two."
     if config.get("paper", "") in {*config["proteins"]} - {*sampled}:
         yield f"sampling is false, but `paper` needs the grid of {config['paper']}; remove one of the two."
-    if "combination" in minimal and minimal["sampler"] not in kinds.samplers_of_combinations():
+    if "combination" in minimal and minimal["sampler"] not in registry.samplers_of_combinations():
         yield (
             f"minimal.sampler is {minimal['sampler']}, but minimal.combination is for "
-            f"{' and '.join(kinds.samplers_of_combinations())}; "
+            f"{' and '.join(registry.samplers_of_combinations())}; "
             "remove one of the two."
         )
     if patches["d_link"] >= min(patches["r_patch"], patches["r_zernike"]):

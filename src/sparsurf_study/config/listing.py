@@ -10,7 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from sparsurf import kinds
+from sparsurf import registry
 from sparsurf.errors import InputError
 from sparsurf.files import read_text, shorten
 from sparsurf.molecules.formats import SELF_CONTAINED, STRUCTURES, TOPOLOGIES, TRAJECTORIES, stem, suffix
@@ -27,7 +27,7 @@ SUFFIXES = {
     "structure": STRUCTURES + SELF_CONTAINED,
     "topology": TOPOLOGIES,
     "trajectory": TRAJECTORIES,
-    "surface": kinds.suffixes(is_read=True),
+    "surface": registry.suffixes(is_read=True),
 }
 
 

@@ -4,7 +4,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, PlainSerializer, model_validator
 
-from sparsurf import kinds
+from sparsurf import registry
 from sparsurf.arguments import DEFAULT_SEED, Hydrogens
 from sparsurf.molecules.formats import STRUCTURE_LABELS, TOPOLOGY_LABELS, TRAJECTORY_LABELS
 from sparsurf.settings import (
@@ -123,7 +123,7 @@ class Protein(Section):
     sha256: Sha256 = optional("SHA-256 checksum that the downloaded file must have.")
     surface: Text = optional(
         "Path of a ready surface, whose dots are used instead of placing dots on a structure: a file with the suffix "
-        f"{', '.join(kinds.suffixes('dots', is_read=True))}, also .gz."
+        f"{', '.join(registry.suffixes('dots', is_read=True))}, also .gz."
     )
     table: Text = optional(
         "Path of a CSV file with values for each residue or atom: the column residue, chain and atom where they are "
@@ -300,7 +300,7 @@ class Folder(Section):
     folder: Text = Field(description="Folder that holds the files.")
 
 
-FIELD_ITEMS = {"anyOf": [{"enum": [*kinds.TABLE["field"]]}, {"type": "string"}]}
+FIELD_ITEMS = {"anyOf": [{"enum": [*registry.TABLE["field"]]}, {"type": "string"}]}
 PLACES = (
     "protein, protein/c2 (one conformation), protein/* (results over all frames), pairs/name or changes/name"
 )

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from sparsurf.dot_fields.registry import compute_fields, mean_of_residues
+from sparsurf.dot_fields.named_fields import compute_fields, mean_of_residues
 from sparsurf.errors import InputError
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.patches.descriptors import PATCHES_PER_CALL, describe_fields_of_patches, describe_patches

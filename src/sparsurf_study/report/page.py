@@ -13,7 +13,7 @@ from typing import Any
 import jinja2
 from markupsafe import Markup, escape
 
-from sparsurf import kinds
+from sparsurf import registry
 from sparsurf.patches.index import R_PATCH, R_ZERNIKE
 from sparsurf.views import overview
 from sparsurf.views.numbers import interval, number, share
@@ -87,7 +87,7 @@ def _templates() -> jinja2.Environment:
     environment.filters |= {"code": code, "symbols": symbols, "words": _explained} | {
         form.__name__: form for form in FILTERS
     }
-    readings = kinds.TABLE["reading"].items()
+    readings = registry.TABLE["reading"].items()
     environment.globals |= {
         "labels_of_readings": {name: choice.label for name, choice in readings},
         "conditions_of_readings": {name: choice.condition for name, choice in readings},

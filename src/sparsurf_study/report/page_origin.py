@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from sparsurf.api.about import About
 from sparsurf.api.origin import OriginRow, rows_of_surface
+from sparsurf.api.page_metadata import About
 from sparsurf.evaluation.minimal_subset import on_molecule
 from sparsurf_study.structures import read_study_structure
 

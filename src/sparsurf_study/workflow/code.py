@@ -8,7 +8,7 @@ from importlib.util import find_spec
 from itertools import chain
 from pathlib import Path
 
-from sparsurf import kinds
+from sparsurf import registry
 
 SOURCES = Path(__file__).parents[2]
 PACKAGES = ("sparsurf", "sparsurf_study")
@@ -66,7 +66,7 @@ def files_below(place: Path) -> Iterator[Path]:
 
 def packages() -> Iterator[str]:
     """Yield the names and versions of the installed packages whose samplers, say, the config names, with a hash of their code."""
-    for choice in [choice for kind in kinds.TABLE for choice in kinds.plugins_in_use(kind).values()]:
+    for choice in [choice for kind in registry.TABLE for choice in registry.plugins_in_use(kind).values()]:
         # the name of a package without a dot, for which `find_spec` imports nothing
         spec = find_spec(str(choice.source).partition(":")[0].partition(".")[0])
         places = [*(spec.submodule_search_locations or [spec.origin or ""])] if spec else []

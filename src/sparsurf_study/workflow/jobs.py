@@ -20,7 +20,7 @@ from typing import IO, TYPE_CHECKING, Any
 
 from sparsurf import progress
 from sparsurf.errors import InputError
-from sparsurf.garbage import collect_rarely
+from sparsurf.garbage_collection import collect_rarely
 from sparsurf.messages import listening
 from sparsurf_study.settings import StudySettings, name_in_config
 from sparsurf_study.workflow.job_logs import COMPILING, ERROR_MARK, PROGRESS, SHOWN, STOPPED, USED_MARK

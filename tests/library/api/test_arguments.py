@@ -154,15 +154,15 @@ ELSEWHERE = {
     **{("show", name): "views/test_page.py" for name in ("rank", "rank_by")},
     ("show", "open_browser"): "api/test_show.py",
     **{(name, "limits"): "surfaces/test_colours.py" for name in ("show", "write")},
-    ("roughness", "roughness"): "test_kinds.py",
+    ("roughness", "roughness"): "test_registry.py",
     ("error_at", "sampler"): "recovery/test_law.py",
     ("recover", "reconstruction"): "recovery/test_spheres.py",
     **{
         ("infer_atoms", name): "recovery/test_spheres.py"
         for name in ("points", "normals", "probe_radius", "radii")
     },
-    ("prepare", "roughness"): "test_kinds.py",
-    **{("register", name): "test_kinds.py" for name in inspect.signature(sparsurf.register).parameters},
+    ("prepare", "roughness"): "test_registry.py",
+    **{("register", name): "test_registry.py" for name in inspect.signature(sparsurf.register).parameters},
 }
 
 

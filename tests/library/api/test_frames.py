@@ -240,7 +240,7 @@ def test_parts_of_another_version_are_not_taken(seven, tmp_path, monkeypatch, ot
             older.setattr(api, "RESIDUE_COLUMNS", api.RESIDUE_COLUMNS[::-1])
         else:
             older.setattr(api, "part_of_frames", measure)
-            older.setattr("sparsurf.api.parts.__version__", "4.0.0")
+            older.setattr("sparsurf.api.checkpoints.__version__", "4.0.0")
         stop_before_writing(older, seven, tmp_path / "run.csv")
     sparsurf.frames(seven, path=tmp_path / "run.csv")
     found = pd.read_csv(tmp_path / "run.csv")

@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 import sparsurf
 from conftest import ROOT
 from peptides import peptide, write
-from sparsurf.api import parts
+from sparsurf.api import checkpoints
 from sparsurf.cli import command
 from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_molecule
@@ -150,7 +150,7 @@ def test_points_of_spheres_have_atoms_and_no_labels():
 
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_a_folder_gives_the_points_of_each_structure(folder, jobs, tmp_path, monkeypatch):
-    monkeypatch.setattr(parts, "WAITING_PER_JOB", 1)  # so that few structures make a queue
+    monkeypatch.setattr(checkpoints, "WAITING_PER_JOB", 1)  # so that few structures make a queue
     (tmp_path / "c.pdb").write_text("nothing")
     for path in folder.iterdir():
         (tmp_path / path.name).write_text(path.read_text())
@@ -245,7 +245,7 @@ def test_folders_of_structures(folder, tmp_path):
 
 def test_the_table_of_a_folder_has_the_columns_of_to_frame(folder, tmp_path, monkeypatch, capfd):
     parquet = pytest.importorskip("pyarrow.parquet")
-    monkeypatch.setattr(parts, "ROWS_PER_GROUP", 50)  # a group of two structures, and one of the last
+    monkeypatch.setattr(checkpoints, "ROWS_PER_GROUP", 50)  # a group of two structures, and one of the last
     (tmp_path / "c.pdb").write_text("nothing")
     (tmp_path / "d.pdb").write_text((folder / "b.pdb").read_text())
     for path in folder.iterdir():

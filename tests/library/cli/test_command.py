@@ -18,7 +18,7 @@ from scipy.spatial import cKDTree
 import sparsurf
 from conftest import ROOT
 from peptides import atom_line, peptide
-from sparsurf import kinds
+from sparsurf import registry
 from sparsurf.cli import command, minimal, surface
 from sparsurf.molecules.formats import MOLECULE_FORMATS
 from sparsurf.molecules.read_molecule import read_molecule
@@ -149,7 +149,7 @@ def test_every_sentence_about_formats_names_each_that_is_read(folder, capsys):
         word = re.compile(rf"\b{entry.label.split()[-1]}\b")
         assert all(word.search(text) for text in texts), entry.label
         assert word.search(refusal) or not entry.atoms, entry.label
-    for suffix in kinds.suffixes("dots", is_read=True):
+    for suffix in registry.suffixes("dots", is_read=True):
         assert suffix in command.EPILOG and suffix in texts[1]
 
 

@@ -103,7 +103,7 @@ import sys
 from sparsurf.__main__ import main
 class Interrupting:
     def find_spec(name, *_):
-        if name == "sparsurf.garbage":  # one of those that the command needs
+        if name == "sparsurf.garbage_collection":  # one of those that the command needs
             raise KeyboardInterrupt
 sys.meta_path.insert(0, Interrupting)
 sys.exit(main())

@@ -8,7 +8,7 @@ from scipy.spatial import cKDTree
 
 import sparsurf
 from conftest import ROOT
-from sparsurf.dot_fields import registry
+from sparsurf.dot_fields import named_fields
 from sparsurf.errors import InputError
 
 NAMES = ["mean_curvature", "gaussian_curvature", "shape_index"]
@@ -148,7 +148,7 @@ def test_buried_atoms_do_not_count_however_many_are_nearer():
     dots, of_crowd = (sparsurf.surface(each) for each in (spheres, crowded))
     assert np.allclose(of_crowd.points, dots.points)
     for name in NAMES:
-        wanted, found = (getattr(registry, name)(each) for each in (dots, of_crowd))
+        wanted, found = (getattr(named_fields, name)(each) for each in (dots, of_crowd))
         assert np.allclose(found, wanted, atol=1e-6)
 
 
@@ -157,7 +157,7 @@ def test_dots_of_unknown_kind_have_no_curvature():
     unknown = np.arange(len(dots)) % 3 == 0
     lacking = replace(dots, kind=np.where(unknown, -1, dots.kind))
     for name in NAMES:
-        whole, found = (getattr(registry, name)(each) for each in (dots, lacking))
+        whole, found = (getattr(named_fields, name)(each) for each in (dots, lacking))
         assert np.isnan(found[unknown]).all() and np.array_equal(found[~unknown], whole[~unknown])
 
 

@@ -17,8 +17,8 @@ from conftest import ROOT
 from sparsurf.cli import command
 from sparsurf.dot_fields.charges import _table, pdb2pqr_charges, pqr_charges, table_charges
 from sparsurf.dot_fields.columns import column_of_atoms, columns_of
+from sparsurf.dot_fields.named_fields import compute_fields, hydropathy, label_and_unit, potential
 from sparsurf.dot_fields.potential import potential_of_charges, potential_of_unit_charge
-from sparsurf.dot_fields.registry import compute_fields, hydropathy, label_and_unit, potential
 from sparsurf.dot_fields.smoothing import gaussian_mean
 from sparsurf.errors import InputError
 from sparsurf.molecules.molecule import Molecule

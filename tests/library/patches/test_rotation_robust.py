@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import naive
-from sparsurf import kinds
+from sparsurf import registry
 from sparsurf.patches import descriptors
 from sparsurf.patches.index import build_index
 from sparsurf.patches.zernike import quadrature, rotation_robust
@@ -185,7 +185,7 @@ def test_turning_moves_it_ten_times_less_than_the_published_one(blob, index):
     turn = TURNS[0]
     turned = build_index(points @ turn.T, normals @ turn.T, D_LINK)
     share = {}
-    for name in kinds.TABLE["descriptor"]:
+    for name in registry.TABLE["descriptor"]:
         z, w = (
             descriptors.describe_patches(i, p, descriptor=name)[0]
             for i, p in ((index, points[::60]), (turned, points[::60] @ turn.T))

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from sparsurf import kinds
+from sparsurf import registry
 from sparsurf.evaluation.minimal_subset import recovered_z
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.evaluation.statistics import estimate
@@ -39,7 +39,7 @@ def test_it_is_the_description_of_the_recovered_surface(prepared):
     few = Surface(prepared.points[kept], prepared.normals[kept])
     comparable = reconstruct_twice(few, prepared.density, "interpolant").comparable
     by_descriptor = recovered_z(prepared, comparable, tests)
-    for name in kinds.TABLE["descriptor"]:  # each beside the full surface in its own descriptor
+    for name in registry.TABLE["descriptor"]:  # each beside the full surface in its own descriptor
         whole, alone = (
             descriptors.describe_patches(dots, prepared.points[tests], descriptor=name)[0]
             for dots in (prepared.index, index)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.spatial.distance import cdist
 
 from conftest import make_blob
-from sparsurf import kinds
+from sparsurf import registry
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.patches.index import build_grid, build_index, select_separated
 from sparsurf.sampling import published
@@ -27,9 +27,9 @@ from sparsurf.sampling.samplers import (
 from sparsurf.settings import Settings
 from sparsurf.streams import Streams
 
-ON_DOTS = [name for name, choice in kinds.TABLE["sampler"].items() if choice.applies != kinds.ORIGIN]
+ON_DOTS = [name for name, choice in registry.TABLE["sampler"].items() if choice.applies != registry.ORIGIN]
 EXACT = [name for name in ON_DOTS if not name.startswith("paper")]
-NESTED = [name for name in ON_DOTS if kinds.TABLE["sampler"][name].nested]
+NESTED = [name for name in ON_DOTS if registry.TABLE["sampler"][name].nested]
 
 
 @pytest.fixture(scope="module")
@@ -70,7 +70,7 @@ def test_what_a_sampler_is_called():
     }  # fmt: skip
     assert {name: sampler_label(name) for name in labels} == labels
     assert {"uniform", "farthest"} <= {*NESTED} and not {"paper", "paper_corrected", "poisson"} & {*NESTED}
-    assert [*kinds.samplers_of_combinations()] == ["paper", "paper_corrected"]
+    assert [*registry.samplers_of_combinations()] == ["paper", "paper_corrected"]
 
 
 def test_poisson_equals_the_plain_method(surface):

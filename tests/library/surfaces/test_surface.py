@@ -10,7 +10,7 @@ import pytest
 
 from conftest import ball, make_blob
 from peptides import peptide, write
-from sparsurf import kinds
+from sparsurf import registry
 from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.surfaces import plausibility
@@ -571,7 +571,7 @@ def test_formats_are_distinguished_by_content_packed_or_not(tmp_path, small, nam
     write_ply(tmp_path / "a.ply", small)
     content = (tmp_path / name).read_bytes()
     assert [
-        kinds.load("format", name, "format")[1].sniff(content[:1000]) for name in kinds.formats_read()
+        registry.load("format", name, "format")[1].sniff(content[:1000]) for name in registry.formats_read()
     ].count(True) == 1
     for path in (written(tmp_path, content, "wrong.xyz"), written(tmp_path, gzip.compress(content), "a.gz")):
         np.testing.assert_allclose(read_surface(path).points, small.points, rtol=0, atol=0.00051)

@@ -10,7 +10,7 @@ import naive
 import sparsurf
 from peptides import peptide, write
 from small_study import run_script
-from sparsurf import kinds
+from sparsurf import registry
 from sparsurf.errors import InputError
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.evaluation.statistics import estimate, reference_values
@@ -61,7 +61,7 @@ def table(prepared, study):
 
 
 def test_a_row_for_every_sampler_size_and_measure(table):
-    samplers = [name for name in kinds.TABLE["sampler"] if name != "cover"]  # which needs atoms
+    samplers = [name for name in registry.TABLE["sampler"] if name != "cover"]  # which needs atoms
     assert list(table["sampler"].unique()) == samplers
     assert len(table) == len(samplers) * 3 * len(comparison.USE)
     exact = table[~table["sampler"].str.startswith("paper")]
@@ -244,7 +244,7 @@ def test_a_sampler_may_read_the_fields_of_atoms(study, tmp_path, monkeypatch, ha
         seen.append(sparsurf.fields(prepared.surface, "mean_curvature")["mean_curvature"].to_numpy())
         return np.argsort(-seen[-1], kind="stable")[:n]
 
-    monkeypatch.setitem(kinds.TABLE, "sampler", dict(kinds.TABLE["sampler"]))
+    monkeypatch.setitem(registry.TABLE, "sampler", dict(registry.TABLE["sampler"]))
     sparsurf.register("sampler", "curved", curved)
     dots = sparsurf.surface(path)
     write_npz(tmp_path / "surface.npz", dots)
@@ -341,7 +341,7 @@ def test_summary_means_and_spread_between_proteins():
 
 
 def test_minimal_has_the_requested_size_in_order_of_choice(prepared):
-    for name in [name for name in kinds.TABLE["sampler"] if name != "cover"]:  # which needs atoms
+    for name in [name for name in registry.TABLE["sampler"] if name != "cover"]:  # which needs atoms
         dots = find_subset(prepared, name, 300)
         weight = np.bincount(samplers.nearest_chosen(prepared.points, dots), minlength=len(dots))
         assert weight.sum() == 3000 and (weight > 0).all()
@@ -365,7 +365,7 @@ def test_minimal_for_a_requested_z(prepared, name):
 
     dots = find_subset(prepared, name, z=1.0, n_tests=100)
     assert z_of(dots) <= 1.0
-    if kinds.TABLE["sampler"][name].nested:
+    if registry.TABLE["sampler"][name].nested:
         assert z_of(dots[:-1]) > 1.0  # one dot fewer does not do
         # nor any of the sizes on the way there
         assert all(z_of(dots[:n]) > 1.0 for n in np.geomspace(10, 0.95 * len(dots), 20).astype(int))

@@ -11,7 +11,7 @@ import pytest
 import sparsurf
 from conftest import ROOT
 from peptides import peptide, write
-from sparsurf.dot_fields.registry import compute_fields
+from sparsurf.dot_fields.named_fields import compute_fields
 from sparsurf.errors import InputError
 from sparsurf.evaluation.floors import random_rotation
 from sparsurf.patches.descriptors import describe_fields_of_patches, describe_patches

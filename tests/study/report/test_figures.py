@@ -19,7 +19,7 @@ from matplotlib.text import Text
 
 from drawn import MADE_BY, check_texts, differs, of_another_matplotlib
 from small_study import run_script
-from sparsurf import kinds
+from sparsurf import registry
 from sparsurf.arguments import INTERPOLANT, SPHERES
 from sparsurf.recovery.law import error_at
 from sparsurf.sampling.combination import Combination
@@ -120,7 +120,7 @@ def test_the_figures_of_a_surface_are_drawn_from_its_own_results(study, tmp_path
         for begin in (
             "the paper's sampling, highest d among the kept dots",
             "random subset of",
-            f"minimal subset, {kinds.TABLE['sampler'][recovered['sampler']].label}",
+            f"minimal subset, {registry.TABLE['sampler'][recovered['sampler']].label}",
         )
     )
     kept = {int(re.search(r"([\d,]+) dots, ", words)[1].replace(",", "")) for words in (sampled, uniform)}

@@ -10,7 +10,7 @@ import yaml
 
 import config_reference
 from conftest import ROOT
-from sparsurf import kinds
+from sparsurf import registry
 from sparsurf.errors import InputError
 from sparsurf_study.config import memory
 from sparsurf_study.config.check import Protein, check_config, read_config, with_absolute_paths
@@ -236,9 +236,9 @@ def test_a_field_may_be_a_column_of_every_table(tmp_path, monkeypatch):
         with pytest.raises(InputError) as error:
             check_config(config)
         assert key in str(error.value) and words in str(error.value)
-    score = kinds.Choice(lambda molecule, points: ..., "s", package="mine 1.0")
-    monkeypatch.setitem(kinds._registered["field"], "score", score)
-    monkeypatch.setattr(kinds, "_plugins_in_use", {})
+    score = registry.Choice(lambda molecule, points: ..., "s", package="mine 1.0")
+    monkeypatch.setitem(registry._registered["field"], "score", score)
+    monkeypatch.setattr(registry, "_plugins_in_use", {})
     with pytest.raises(
         InputError, match=r"a field of mine 1\.0 and also a column of proteins\.a\.table; rename"
     ):

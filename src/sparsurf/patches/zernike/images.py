@@ -15,7 +15,7 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
-from sparsurf.bits import count_bits, lowest_bit
+from sparsurf.bit_operations import count_bits, lowest_bit
 from sparsurf.kernels import njit
 from sparsurf.patches.zernike import polynomials
 from sparsurf.patches.zernike.polynomials import DISC, PIXELS

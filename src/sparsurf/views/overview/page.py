@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from sparsurf.dot_fields.registry import label_and_unit
+from sparsurf.dot_fields.named_fields import label_and_unit
 from sparsurf.evaluation.ranking import MIN_AREA
 from sparsurf.surfaces.components import COMPONENT_FIELD
 from sparsurf.version import __version__

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from sparsurf import kinds
+from sparsurf import registry
 from sparsurf.patches.readings import words_of
 from sparsurf.recovery.readings import readings_of_columns
 from sparsurf.sampling.combination import PARAMETERS, Combination
@@ -64,7 +64,7 @@ class ShownDots:
             samplers |= {"farthest": sampler_label("farthest")}
             # from the most even subsets to the paper's, which is the last of the list since its parameters stand below it
             in_browser = [
-                name for name, choice in reversed(kinds.TABLE["sampler"].items()) if choice.in_browser
+                name for name, choice in reversed(registry.TABLE["sampler"].items()) if choice.in_browser
             ]
             samplers |= {name: sampler_label(name) for name in in_browser}
             place = places_of(dots, len(surface))[self.order]
@@ -73,7 +73,7 @@ class ShownDots:
             if rough:
                 columns |= cover_columns(surface, dots, self.prepared.cover)
             else:  # the paper's sampling needs the roughness
-                for name in kinds.samplers_of_combinations():
+                for name in registry.samplers_of_combinations():
                     samplers.pop(name, None)
         if self.samples or not len(self.minimal):
             samplers["all"] = "all dots"

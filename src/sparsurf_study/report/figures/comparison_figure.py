@@ -9,7 +9,7 @@ import pandas as pd
 from matplotlib.lines import Line2D
 from matplotlib.ticker import NullLocator
 
-from sparsurf import kinds
+from sparsurf import registry
 from sparsurf.sampling.samplers import sampler_label
 from sparsurf.views import layout
 from sparsurf.views.layout import COLUMN_AND_A_HALF, GREY, HALO, SPARE, styled
@@ -56,7 +56,7 @@ def _draw_samplers(ax: Axes, table: pd.DataFrame) -> list[Line2D]:
     """Draw a line per sampler, the bold ones on top with their intervals; return the entries of the legend."""
     handles, spare = [], iter(SPARE * len(table))
     for name, rows in table.groupby("sampler", sort=False):
-        choice = kinds.choice_of("sampler", str(name))
+        choice = registry.choice_of("sampler", str(name))
         colour, width, marker = (choice.line if choice else None) or (next(spare), 0.8, "o")
         style: dict[str, Any] = {"color": colour, "linewidth": width, "marker": marker, "markersize": 2.2}
         rows = rows.sort_values("n_S_percent", kind="stable")

@@ -13,7 +13,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from sparsurf import kinds
+from sparsurf import registry
 from sparsurf.recovery.readings import readings_of_columns
 from sparsurf.surfaces.formats.colours import ROUGHNESS_LIMITS
 from sparsurf.views import layout
@@ -40,7 +40,7 @@ def ensemble_figure(table: pd.DataFrame, combination: Sequence[float], name: str
     figure = layout.constrained(PAGE_WIDTH, 18 + 32 * len(panels), name)
     rows = figure.subplots(len(panels), 2, width_ratios=[4, 1], squeeze=False)
     for letter, (ax, side), (column, label) in zip(ascii_uppercase, rows, panels.items(), strict=False):
-        reading = kinds.TABLE["reading"].get(column.removeprefix("d_"))
+        reading = registry.TABLE["reading"].get(column.removeprefix("d_"))
         layout.panel_title(ax, letter, reading.label if reading else "")
         _over_time(ax, time, table[column], window)
         ax.set_ylabel(label)

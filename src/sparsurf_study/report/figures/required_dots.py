@@ -10,8 +10,8 @@ import pandas as pd
 from matplotlib.ticker import FixedLocator, NullLocator
 
 from sparsurf.arguments import INTERPOLANT, SPHERES
-from sparsurf.kinds import FARTHEST
 from sparsurf.recovery.law import MEASURED, MEASURED_FROM, MEASURED_TO, error_at
+from sparsurf.registry import FARTHEST
 from sparsurf.views import layout
 from sparsurf.views.layout import styled
 from sparsurf.views.numbers import number

@@ -1,4 +1,4 @@
-"""Names of `kinds`, functions that a user gives or registers, and those of installed packages."""
+"""Names of `registry`, functions that a user gives or registers, and those of installed packages."""
 
 import inspect
 import subprocess
@@ -9,7 +9,7 @@ import pytest
 
 import sparsurf
 from peptides import peptide, write
-from sparsurf import kinds
+from sparsurf import registry
 from sparsurf.cli.command import main
 from sparsurf.errors import InputError
 
@@ -63,7 +63,7 @@ def numbers(patches):
 
 @pytest.fixture(scope="module")
 def dots(tmp_path_factory):
-    path = tmp_path_factory.mktemp("kinds") / "protein.pdb"
+    path = tmp_path_factory.mktemp("registry") / "protein.pdb"
     write(path, peptide(["ALA", "LYS", "GLY", "SER"]) + "END\n")
     return sparsurf.surface(path)
 
@@ -71,7 +71,7 @@ def dots(tmp_path_factory):
 @pytest.fixture
 def empty(monkeypatch):
     """No registered choices, before and after."""
-    monkeypatch.setattr(kinds, "_registered", {kind: {} for kind in kinds.TABLE})
+    monkeypatch.setattr(registry, "_registered", {kind: {} for kind in registry.TABLE})
 
 
 @pytest.fixture
@@ -79,11 +79,11 @@ def plugin(tmp_path, monkeypatch, empty):
     """A small installed package, of which nothing was imported."""
     install(tmp_path)
     monkeypatch.syspath_prepend(tmp_path)
-    kinds.plugins.cache_clear()
-    monkeypatch.setattr(kinds, "_told", set())
-    monkeypatch.setattr(kinds, "_plugins_in_use", {})
+    registry.plugins.cache_clear()
+    monkeypatch.setattr(registry, "_told", set())
+    monkeypatch.setattr(registry, "_plugins_in_use", {})
     yield tmp_path
-    kinds.plugins.cache_clear()
+    registry.plugins.cache_clear()
     sys.modules.pop("my_plugin", None)
 
 
@@ -96,12 +96,12 @@ def install(folder, points=POINTS):
 
 
 def test_every_entry_of_the_table_leads_to_what_it_names():
-    for kind, entries in kinds.TABLE.items():
+    for kind, entries in registry.TABLE.items():
         for name in entries:
-            choice, found = kinds.load(kind, name, kind)
+            choice, found = registry.load(kind, name, kind)
             assert choice.name == name and choice.label and choice.meaning.endswith(".")
             if inspect.isfunction(found):
-                arguments = ("dots",) if choice.takes_dots else kinds.KINDS[kind].arguments
+                arguments = ("dots",) if choice.takes_dots else registry.KINDS[kind].arguments
                 assert kind == "format" or inspect.signature(found).bind(*arguments)
 
 
@@ -135,7 +135,7 @@ def test_a_prepared_surface_follows_the_functions_it_was_given(dots, empty):
 
 def test_a_registered_name_has_its_label_and_is_replaced_by_its_next_version(dots, empty):
     sparsurf.register("sampler", "high", topmost, label="highest dots", nested=True)
-    assert kinds.label("sampler", "high") == "highest dots"
+    assert registry.label("sampler", "high") == "highest dots"
     first = sparsurf.sample(dots, n_dots=9, sampler="high")
 
     def other(prepared, n, rng):
@@ -215,14 +215,16 @@ def test_a_format_of_the_user_is_read(tmp_path, empty):
 
 
 def test_an_installed_package_adds_names(dots, plugin, caplog):
-    assert [name for name in kinds.names("sampler") if name not in kinds.TABLE["sampler"]] == ["topmost"]
+    assert [name for name in registry.names("sampler") if name not in registry.TABLE["sampler"]] == [
+        "topmost"
+    ]
     assert "my_plugin" not in sys.modules  # nothing is imported before it is used
     assert "nonsense" in caplog.text and "'farthest' is left out" in caplog.text
     kept = sparsurf.sample(dots, n_dots=9, sampler="topmost")
     assert np.array_equal(kept, np.argsort(-dots.points[:, 2], kind="stable")[:9])
     table = sparsurf.fields(dots, "elevation")
     assert np.allclose(table["elevation"], dots.points[:, 2] - dots.molecule.xyz[0, :, 2].min())
-    assert (kinds.choice_of("field", "elevation").label, kinds.choice_of("field", "elevation").unit) == (
+    assert (registry.choice_of("field", "elevation").label, registry.choice_of("field", "elevation").unit) == (
         "height over the lowest atom", "Å"
     )  # fmt: skip
 
@@ -232,7 +234,7 @@ def test_a_package_that_cannot_be_imported_stops_only_what_uses_it(dots, plugin,
     with pytest.raises(InputError, match=r"'gone' of my-plugin 1.2 cannot be imported: ModuleNotFoundError"):
         sparsurf.fields(dots, "gone")
     caplog.clear()
-    assert [kinds.label("field", "gone") for _ in range(2)] == ["gone", "gone"]
+    assert [registry.label("field", "gone") for _ in range(2)] == ["gone", "gone"]
     assert caplog.text.count("cannot be imported") == 1
 
 

@@ -1,4 +1,4 @@
-"""What can be chosen by name: samplers, descriptors, definitions of roughness, fields, readings and formats of surfaces.
+"""Registry of what can be chosen by name: samplers, descriptors, definitions of roughness, fields, readings, surface formats.
 
 `TABLE` is the only list of these names. The config, the help of commands, the pages, the figures and the documentation read
 it. It names each function as "module:function", which is imported when the function is first used, so that planning a study
@@ -156,24 +156,25 @@ TABLE: dict[str, dict[str, Choice]] = {
     },
     "field": {
         "hydropathy": Choice(
-            "sparsurf.dot_fields.registry:hydropathy", "Kyte-Doolittle hydropathy",
+            "sparsurf.dot_fields.named_fields:hydropathy", "Kyte-Doolittle hydropathy",
             "Kyte and Doolittle's hydropathy of nearby amino acids.", "", ATOMS),
         "potential": Choice(
-            "sparsurf.dot_fields.registry:potential", "electrostatic potential",
+            "sparsurf.dot_fields.named_fields:potential", "electrostatic potential",
             "The screened Coulomb potential.", "kT/e", ATOMS),
         "bfactor": Choice(
-            "sparsurf.dot_fields.registry:bfactor", "B factor", "The B factor of the atom that a dot belongs to.", "Å^2", ATOMS),
+            "sparsurf.dot_fields.named_fields:bfactor", "B factor",
+            "The B factor of the atom that a dot belongs to.", "Å^2", ATOMS),
         "mean_curvature": Choice(
-            "sparsurf.dot_fields.registry:mean_curvature", "mean curvature",
+            "sparsurf.dot_fields.named_fields:mean_curvature", "mean curvature",
             "The mean of the two principal curvatures, positive where the surface is convex.", "1/Å", ORIGIN, takes_dots=True),
         "gaussian_curvature": Choice(
-            "sparsurf.dot_fields.registry:gaussian_curvature", "Gaussian curvature",
+            "sparsurf.dot_fields.named_fields:gaussian_curvature", "Gaussian curvature",
             "The product of the two principal curvatures, negative on saddles.", "1/Å^2", ORIGIN, takes_dots=True),
         "shape_index": Choice(
-            "sparsurf.dot_fields.registry:shape_index", "shape index",
+            "sparsurf.dot_fields.named_fields:shape_index", "shape index",
             "The shape index: 1 on a convex sphere, 0 on an even saddle, -1 on a concave sphere.", "", ORIGIN, takes_dots=True),
         "depth": Choice(
-            "sparsurf.dot_fields.registry:depth_of_dots", "depth of the residue",
+            "sparsurf.dot_fields.named_fields:depth_of_dots", "depth of the residue",
             "The mean distance of the atoms of a dot's residue from the surface.", "Å", ORIGIN, takes_dots=True),
         "burial": Choice(
             "sparsurf.dot_fields.burial:burial", "depth below the surface of all groups",
@@ -184,7 +185,7 @@ TABLE: dict[str, dict[str, Choice]] = {
             "How deep a dot lies below the surface that a probe of 5 Å touches, 0 where this probe touches the dot.", "Å",
             ORIGIN, takes_dots=True),
         "hbond": Choice(
-            "sparsurf.dot_fields.registry:hbond", "hydrogen-bond donor (1) or acceptor (−1)",
+            "sparsurf.dot_fields.named_fields:hbond", "hydrogen-bond donor (1) or acceptor (−1)",
             "Whether the atom of a dot donates hydrogen bonds (1), accepts them (-1), or neither (0).", "", ATOMS,
             takes_dots=True),
     },

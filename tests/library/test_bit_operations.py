@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numba import njit
 
-from sparsurf.bits import count_bits, lowest_bit
+from sparsurf.bit_operations import count_bits, lowest_bit
 
 
 @njit

@@ -1,7 +1,7 @@
 """Fields by name: a number at each dot, from the molecule.
 
-`kinds` lists them. A field is a function (molecule, points) -> (N,) float64 of the molecule's first frame, NaN where there is no
-value. One that follows from where the dots were placed or from the atom of each dot is a function (dots) -> (N,).
+`registry` lists them. A field is a function (molecule, points) -> (N,) float64 of the molecule's first frame, NaN where there is
+no value. One that follows from where the dots were placed or from the atom of each dot is a function (dots) -> (N,).
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from sparsurf import kinds
+from sparsurf import registry
 from sparsurf.arguments import LENGTH, checked_result
 from sparsurf.dot_fields.charges import pdb2pqr_charges, pqr_charges, table_charges
 from sparsurf.dot_fields.columns import column_of_atoms, columns_of
@@ -40,7 +40,7 @@ HYDROPATHY = {
 
 def label_and_unit(name: str) -> tuple[str, str]:
     """Return the name of a field for people and its unit; those of a column of a table are its own."""
-    choice = kinds.choice_of("field", name)
+    choice = registry.choice_of("field", name)
     return (choice.label, choice.unit) if choice else (name.replace("_", " "), "")
 
 
@@ -199,18 +199,18 @@ def compute_fields(
                     f"{argument('fields')}: two maps are called {name}; rename one of the files."
                 )
             out[name] = values_of_map(field, points)
-        elif table is not None and isinstance(field, str) and not kinds.has("field", field):
+        elif table is not None and isinstance(field, str) and not registry.has("field", field):
             assert molecule is not None  # of the table
             name = field if smooth is None else f"{field}_smooth"
             out[name] = values_at_dots(
                 column_of_atoms(table, field, molecule), molecule, points, dots, smooth
             )
         else:
-            choice, function = kinds.load("field", field, "fields")
+            choice, function = registry.load("field", field, "fields")
             name = choice.name
             if name in columns:
                 raise InputError(
-                    f"{table} has the column {name!r}, which is the name of {kinds.origin('field', choice)}; rename the column."
+                    f"{table} has the column {name!r}, which names {registry.origin('field', choice)}; rename the column."
                 )
             options: dict[str, Any] = {"charges": charges} if name == "potential" else {}
             if name == "bfactor":
@@ -231,10 +231,10 @@ def compute_fields(
 
 def names_of_fields(fields: Sequence[FieldLike]) -> list[str]:
     """Return the names of fields that a user gave, by name or as functions."""
-    return [kinds.name_of("field", field, "fields") for field in fields]
+    return [registry.name_of("field", field, "fields") for field in fields]
 
 
 def takes_dots(field: FieldLike) -> bool:
     """Return whether a field follows from the dots as they were placed; not a column of a table."""
-    is_field = callable(field) or kinds.has("field", field)
-    return is_field and kinds.load("field", field, "fields")[0].takes_dots
+    is_field = callable(field) or registry.has("field", field)
+    return is_field and registry.load("field", field, "fields")[0].takes_dots

@@ -1,4 +1,4 @@
-"""Parts of a long result that are stored while it is computed, so that a call that was stopped continues from them.
+"""Checkpoints: parts of a long result that are stored while it is computed, so that a stopped call continues from them.
 
 The name of a part is a hash of all that it follows from, so that a part of other input or other arguments is never taken.
 It cannot be known what a function of the user follows from, so that a call with one takes no parts of another call.
@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sparsurf import kinds
+from sparsurf import registry
 from sparsurf.files import import_pyarrow
 from sparsurf.progress import Progress
 from sparsurf.threads import in_processes
@@ -30,13 +30,13 @@ from sparsurf.version import __version__
 if TYPE_CHECKING:
     import pandas as pd
 
-    from sparsurf.dot_fields.registry import FieldLike
+    from sparsurf.dot_fields.named_fields import FieldLike
 
 log = logging.getLogger("sparsurf")
 
 WAITING_PER_JOB = 4  # tasks
 LENGTH_OF_KEY = 32  # letters of the hash in the name of a part
-FORMATS = kinds.suffixes("frames")  # The formats of tables that are written one after another.
+FORMATS = registry.suffixes("frames")  # The formats of tables that are written one after another.
 ROWS_PER_GROUP = 100_000  # A group of a Parquet file has at least so many rows.
 
 
@@ -53,7 +53,7 @@ def digest_of_arguments(*arguments: Any, fields: Sequence[FieldLike]) -> Any:
 
 def _is_of_library(field: str) -> bool:
     """Return whether the library computes a field of this name; roughness has no entry in the table."""
-    choice = kinds.choice_of("field", field)
+    choice = registry.choice_of("field", field)
     return choice is None or choice.is_built_in
 
 
