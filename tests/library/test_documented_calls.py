@@ -41,7 +41,7 @@ def test_what_is_not_there_is_reported():
 
 @pytest.mark.parametrize("name", sparsurf.FUNCTIONS)
 def test_a_default_that_is_told_is_that_of_the_signature(name):
-    """None stands for a default that is told in words, or that depends on other arguments."""
+    """None stands for a default that is told in words; one that is told of several arguments is that of each."""
     function = getattr(sparsurf, name)
     defaults = {key: parameter.default for key, parameter in signature(function).parameters.items()}
     section = re.search(
@@ -50,7 +50,7 @@ def test_a_default_that_is_told_is_that_of_the_signature(name):
     documented = re.findall(r"^    (\w[\w, ]*) : .*\n((?:        .*\n)+)", section[1], re.MULTILINE)
     assert documented
     for names, text in documented:
-        told = re.search(r"\(default ('[^']*'|\"[^\"]*\"|-?\d[\d.]*\d|\d|True|False)", text)
-        for key in names.split(", "):
-            if told and defaults[key] is not None:
-                assert literal_eval(told[1]) == defaults[key], key
+        told = re.findall(r"\(default ('[^']*'|\"[^\"]*\"|-?\d[\d.]*\d|\d|True|False)", text)
+        keys = [key for key in names.split(", ") if defaults[key] is not None]
+        for key, value in zip(keys, told * len(keys) if len(told) == 1 else told, strict=bool(told)):
+            assert literal_eval(value) == defaults[key], key

@@ -187,19 +187,12 @@ def areas(
 ) -> Areas:
     """Compute the solvent-accessible and solvent-excluded area of atoms, residues and chains, and what these bury, exactly.
 
-    All areas follow from the positions of the rolled probe by formulas, without dots. They count the walls of cavities in which a
-    probe fits.
-
     Parameters
     ----------
     molecule : path, Molecule, atoms of another library, or pair (xyz, radii)
         As in `surface`.
-    frame : int
-        Position of the frame, from 0 (default 0).
-    probe_radius : float
-        Radius of the probe, Å (default 1.4).
-    radii : {'dms', 'bondi'}, dict, or path
-        Atomic radii, as for `surface` (default 'dms', with which `excluded` is the area of the dots of `surface`).
+    frame, probe_radius, radii : as in `surface`
+        With the same defaults, for which `excluded` is the area of the dots of `surface`.
     groups : str or sequence, optional
         Partners that bury each other, as 'H,L+G' or ["H,L", "G"]. A group lists chains, ranges of residues such as 'A:10-52' and
         names of ligands; an atom belongs to the group that names it most closely: by its ligand, else by its range, else by its
@@ -217,23 +210,20 @@ def areas(
     Raises
     ------
     InputError
-        The molecule cannot be read or holds dots, atoms of two partners have the same position, groups do not fit the molecule,
-        or an argument is outside of its limits.
+        The molecule cannot be read or holds dots, atoms of two partners coincide, or groups or another argument do not fit.
 
     Notes
     -----
-    The areas are those of Lee and Richards, J. Mol. Biol. 55:379 (1971), and of Connolly, J. Appl. Cryst. 16:548 (1983). Where
-    the probe touches several atoms at once, the excluded surface is divided among them as the dots of `surface` are: a saddle
-    halfway between its two atoms, and a concave triangle by nearest atom. The maxima of Tien et al., PLoS ONE 8:e80635 (2013),
-    are for residues without hydrogens and depend on the radii, so that shares may exceed 1.
+    Formulas of the rolled probe, without dots, yield the areas (Lee and Richards, J. Mol. Biol. 55:379, 1971; Connolly, J. Appl.
+    Cryst. 16:548, 1983), also of cavities in which it fits. Where the probe touches several atoms, the excluded surface is
+    divided as the dots of `surface` are: a saddle halfway between its two atoms, a concave triangle by nearest atom. The maxima
+    of Tien et al., PLoS ONE 8:e80635 (2013), are for residues without hydrogens and depend on the radii, so shares may exceed 1.
 
     Examples
     --------
     >>> import sparsurf
-    >>> a = sparsurf.areas("data/tdp43/topology.pdb")
-    >>> a
-    Areas of 953 atoms: 5,806 Å^2 accessible, 4,558 Å^2 excluded
-    >>> a.residues[["residue_name", "accessible", "relative"]].head(2).round(2).to_numpy().tolist()
+    >>> areas = sparsurf.areas("data/tdp43/topology.pdb")
+    >>> areas.residues[["residue_name", "accessible", "relative"]].head(2).round(2).to_numpy().tolist()
     [['GLU', 193.3, 0.87], ['PHE', 47.28, 0.2]]
     """
     probe_radius = PROBE.check(probe_radius, "probe_radius")

@@ -68,32 +68,27 @@ def fields(
     ----------
     molecule : as in `surface`
         Dots from `surface`, points from `points` or a mesh, which carry their molecule, may take its place.
-    dots : dots from `surface` or `read_surface`, the path of a file of dots, or the pair (points, normals);
-        in place of the molecule, where they know theirs
+    dots : Surface, path of a file of dots, or pair (points, normals), optional
+        Dots that carry no molecule of their own.
     names : str, callable, or sequence of these
-        Fields, columns of `table`, or paths of maps (.dx, or .ccp4, .map and .mrc; Å), whose values between the points of their
-        grid are interpolated linearly, and are NaN outside. The column of apbs.dx is called apbs_dx. A function (molecule,
-        points) that returns (N,) numbers, or a name given to `register`, may take the place of these names:
+        A field of this list or of `register`, a column of `table`, a path of a map (.dx, .ccp4, .map, .mrc; Å), interpolated
+        linearly and NaN outside (the column of apbs.dx is apbs_dx), or a function (molecule, points) that returns (N,) numbers:
 
         {choices of field}
 
-        Hydropathy is averaged over 2.5 Å. What a file or a table says of an atom, such as its B factor, belongs to the dots of
-        that atom: where it has no value, the nearest atom of its residue that has one counts, and dots whose atom is unknown
-        belong to the atom whose centre is nearest. `burial` needs `groups` of `surface` or `points`. The curvatures are those of
-        the sphere or torus that a dot of `surface` or `points` lies on, and exact. An atom that both donates and accepts hydrogen
-        bonds has (donated - accepted) / (donated + accepted) of them, by the names of residue and atom; no hydrogens are needed.
-        This is no energy and has no direction, and it does not say whether a bond is formed.
+        Hydropathy is averaged over 2.5 Å. A value of an atom, such as its B factor, belongs to its dots: where it has none, the
+        nearest atom of its residue that has one counts, and dots of no known atom belong to the one whose centre is nearest.
+        `burial` needs `groups` of `surface` or `points`. Curvatures are exact, of the sphere or torus that a dot lies on. An atom
+        that donates and accepts hydrogen bonds has (donated - accepted) / (donated + accepted) of them, by its name, without
+        hydrogens: this is no energy, has no direction and does not say whether a bond is formed.
     frame : int
-        Position of the frame, from 0.
+        Position of the frame, from 0 (default 0).
     charges : str
-        Of the potential: 'table' (PARSE; hydrogens that a structure lacks are built), 'pdb2pqr', which must be
-        installed, or the path of a PQR file.
+        Of the potential: 'table' (default; PARSE, with missing hydrogens), 'pdb2pqr', if installed, or the path of a PQR file.
     table : path, optional
-        CSV with a value for each residue or atom in columns residue, chain, atom and those of `names`. A scale of residues, such
-        as that of Wimley and White, has the column residue_name in place of residue.
+        CSV of a value for each residue or atom: columns residue (for a scale residue_name), chain, atom and those of `names`.
     smooth : float, optional
-        Width, Å, of the Gaussian over which B factors and columns of `table` are averaged (default: not averaged). The column is
-        then called bfactor_smooth.
+        Width of the Gaussian over which B factors (then bfactor_smooth) and columns of `table` are averaged, Å (default none).
 
     Returns
     -------

@@ -83,14 +83,20 @@ RANKED_QUANTITIES = tuple(name.removeprefix("mean_") for name in RESIDUE_COLUMNS
 
 
 class FrameTables(NamedTuple):
-    """The tables of `frames`.
+    """The tables of `frames`, with the numbers of `residues(surface(molecule, frame=...))` and `areas(molecule, frame=...)`.
+
+    Beside the file run.csv of `residues`, the others are called run_frames.csv, run_ranking.csv and run_contacts.csv.
 
     Attributes
     ----------
-    residues : DataFrame, one row per residue in each frame
-    frames : DataFrame, one row per frame
-    ranking : DataFrame, one row per residue, with the one that changes most first
-    contacts : DataFrame, one row per residue and partner that buries some of it
+    residues : DataFrame, a row for each residue in each frame: frame (from 0), time_ps, chain, residue, residue_name, area (Å^2),
+        mean_roughness (1 is flat, 0 is rough; NaN if buried), depth (Å), accessible (Å^2), relative, buried (Å^2) and fields
+    frames : DataFrame, a row for each frame: areas (Å^2), volume (Å^3), components, cavities, dots and mean_roughness
+    ranking : DataFrame, a row for each residue, the one that changes most first: rank, quantity, mean, sd, lowest, highest,
+        range, the number of `frames` with a value and mean_area (Å^2). Residues with less than 20 Å^2 of area in the mean, with a
+        value in fewer than half of the frames, or without a change come last, without a rank
+    contacts : DataFrame, a row for each residue and each partner that buries some of it: occupancy (share of the frames with at
+        least 1 Å^2), mean and highest buried area (Å^2)
     """
 
     residues: pd.DataFrame
@@ -193,18 +199,13 @@ def frames(
     trajectory : path, optional
         Trajectory that belongs to the structure `molecule`.
     path : str or Path, optional
-        File in .parquet (needs pyarrow) or .csv for the table of residues; the others are written next to it, as run_frames.csv,
-        run_ranking.csv and run_contacts.csv next to run.csv. A stopped call continues from its finished frames.
-    stride : int
-        Every stride-th frame is measured (default 1, all frames).
+        File in .csv or .parquet (needs pyarrow) for the residues, with the other tables next to it; a stopped call continues.
+    stride, jobs : int
+        Every stride-th frame is measured (default 1, all frames), by `jobs` processes (default 1), on which no result depends.
     fields : str, callable, or sequence of these
         Fields whose mean is taken over the dots of each residue (default none); any name that `fields` accepts.
-    probe_radius : float
-        Radius of the probe, Å (default 1.4).
-    radii : {'dms', 'bondi'}, dict, or path
-        Atomic radii, as for `surface` (default 'dms').
-    cavities : {'keep', 'remove'}
-        Whether the walls of closed cavities are part of the surface (default 'keep'). If not, they are also no accessible area.
+    probe_radius, radii, cavities : as in `surface`
+        How the surface is made, with the same defaults. If cavities are removed, their walls are also no accessible area.
     rank : str or callable
         What the residues are ranked by: 'roughness' (the default), 'area', 'depth', 'accessible', 'relative', 'buried', or any
         field, which is measured as well if `fields` leaves it out.
@@ -212,37 +213,21 @@ def frames(
         Whether the standard deviation over the frames counts, or the highest minus the lowest value (default 'sd').
     groups : str or sequence, optional
         Partners that bury each other, as in `areas`; atoms of no group are absent (default: each chain and each ligand).
-    jobs : int
-        Number of processes (default 1); the results do not depend on it.
 
     Returns
     -------
     FrameTables, or None if `path` is given: memory then does not grow with the number of frames
-        `residues`, with a row for each residue in each frame: frame (from 0), time_ps, chain, residue, residue_name, area (Å^2),
-        mean_roughness (1 is flat, 0 is rough; NaN if buried), depth (Å), accessible (Å^2), relative, buried (Å^2) and fields.
-        `frames`, with a row for each frame: areas (Å^2), volume (Å^3), components, cavities, dots and mean_roughness.
-        `ranking`, with a row for each residue, the one that changes most first: rank, quantity, mean, sd, lowest, highest, range,
-        the number of `frames` with a value and mean_area (Å^2). `contacts`, with a row for each residue and each partner that
-        buries some of it: occupancy (share of the frames with at least 1 Å^2), mean and highest buried area (Å^2).
+        The tables `residues`, `frames`, `ranking` and `contacts`; `help(tables)`, of the result, lists their columns and units.
 
     Raises
     ------
     InputError
-        The trajectory does not belong to the structure, a frame has no surface, an argument is outside of its limits, or a file
-        would replace an input or a file of another kind.
-
-    Notes
-    -----
-    The numbers of a frame are those of `residues(surface(molecule, frame=...))` and `areas(molecule, frame=...)`. Residues with
-    less than 20 Å^2 of area in the mean, with a value in fewer than half of the frames, or without a change come last, without a
-    rank.
+        The trajectory or an argument does not fit, a frame has no surface, or a file of another kind would be replaced.
 
     Examples
     --------
     >>> import sparsurf
     >>> tables = sparsurf.frames("data/tdp43/topology.pdb", "data/tdp43/trajectory.xtc", stride=500)
-    >>> tables.frames[["frame", "area"]].round().to_numpy().tolist()
-    [[0.0, 4558.0], [500.0, 4306.0], [1000.0, 4241.0]]
     >>> tables.ranking[["residue_name", "residue", "frames"]].to_numpy().tolist()[:2]
     [['ILE', '257', 3], ['VAL', '255', 3]]
     """

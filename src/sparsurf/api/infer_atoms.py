@@ -52,22 +52,20 @@ def infer_atoms(
     Raises
     ------
     InputError
-        The dots cannot be used, a radius is not allowed, or the dots vote for no probe radius, because they lie on a surface of
-        another kind, carry noise, or are fewer than 100.
+        The dots or a radius cannot be used, or they vote for no probe: they are noisy, under 100, or on another kind of surface.
 
     Notes
     -----
     Each dot of a solvent-excluded surface (Connolly, J. Appl. Cryst. 16:548, 1983) has the centre of its probe at p +
-    probe_radius n, and that probe touches one atom (contact dot), two (saddle) or three (concave) and holds none. An atom of
-    radius r is therefore the centre of a sphere of radius r + probe_radius that passes through probe centres and holds none
-    inside. Three dots, or a contact dot and another, determine it. No earlier method that does this was found.
+    probe_radius n, and this probe touches one atom (contact dot), two (saddle) or three (concave) and holds none. So an atom of
+    radius r is the centre of a sphere of radius r + probe_radius that passes through probe centres and holds none. Three dots, or
+    a contact dot and another, determine it. No earlier method that does this was found.
 
     Examples
     --------
     >>> import sparsurf
     >>> dots = sparsurf.surface("data/tdp43/topology.pdb")
-    >>> few = dots[sparsurf.sample(dots, n_dots=1500)]
-    >>> atoms = sparsurf.infer_atoms(few)
+    >>> atoms = sparsurf.infer_atoms(dots[sparsurf.sample(dots, n_dots=1500)])
     >>> from scipy.spatial import cKDTree
     >>> distance = cKDTree(dots.molecule.xyz[0]).query(atoms.centres)[0]
     >>> bool((distance < 0.001).mean() > 0.8)

@@ -74,50 +74,37 @@ def minimal(
 ) -> Subset:
     """Choose few dots that represent a surface, by default with a mean error of 0.02 Å.
 
-    A study and the command `sparsurf minimal` choose the same dots with the same seed.
-
     Parameters
     ----------
     surface : path, Molecule, atoms of another library, Surface, or pair (points, normals)
-        A molecule, whose dots are placed with the defaults of `surface`, or dots, which may be placed by other rules, as in
-        `minimal(surface(path, probe_radius=2.0))`.
+        A molecule, whose dots are placed with the defaults of `surface`, or dots, such as `surface(path, probe_radius=2.0)`.
     percent, n_dots, density, error, max_z : float, optional
         At most one of them: the share of all dots, %; their number; their number per Å^2; the mean distance of the true surface
         from the reconstructed one, Å (0.02 without any of the five); the largest Z (see `compare`) of the dots as they are.
     sampler : str or callable
-        How the dots are chosen, as in `sample`; 'auto' (default) is 'cover' where an error of at most 0.12 Å is requested of all
-        dots that `surface` placed and `reconstruction` is not 'interpolant', and 'farthest' in all other cases.
+        As in `sample`; 'auto' (default) is 'cover' for an error of at most 0.12 Å of all dots that `surface` placed, unless
+        `reconstruction` is 'interpolant', else 'farthest'. Dots of 'cover' are for spheres alone: by the interpolant they err by
+        20 to 40 % more than evenly spread ones; the loss of a random tenth raises the mean error from 0.002 to 0.06 to 0.1 Å.
     reconstruction : {'auto', 'interpolant', 'spheres'}
-        How the surface is reconstructed where its error is measured, as in `recover`; 'auto' (default) is 'spheres' with the
-        sampler 'cover', and where the sampler 'auto' keeps dots on atoms for an error, else 'interpolant'.
+        As in `recover`, where the error is measured; 'auto' (default) is 'spheres' with the sampler 'cover', and where the
+        sampler 'auto' keeps dots on atoms for an error, else 'interpolant'.
     error_99 : float, optional
-        Distance within which 99 % of the true surface lies from the reconstructed one, Å. With the sampler 'cover' 99 % of the
-        reconstructed surface also lies within it from the true one, and it is 5 times `error` if it is not given; `math.inf`
-        bounds the mean error alone, which is then predicted and not measured. With other samplers only the mean is bounded if it
-        is not given, and 99 % is then about 5 to 7 times the mean.
-    d_link : float
-        Distance below which two dots of a patch are linked, Å (default 0.5).
-    seed : int
-        Seed for every random choice (default 20261120).
+        Distance within which 99 % of the true surface lies from the reconstructed one, Å. With 'cover' it holds in both
+        directions and is 5 times `error` by default; `math.inf` bounds the mean error alone, which is then predicted and not
+        measured. Other samplers bound only the mean by default, and 99 % is then about 5 to 7 times the mean.
+    d_link, seed : float, int
+        As in `prepare`, with the same defaults. A study and `sparsurf minimal` choose the same dots with the same seed.
 
     Returns
     -------
     Subset
         `dots` (n,) int, the indices of the kept dots; `weight` (n,) int, how many dots each one represents; `points` and
-        `normals` (n, 3) in Å; `surface`, a Surface of the kept dots, whose areas sum to that of the whole surface; `table`, a
-        DataFrame; `sampler` and `reconstruction`, by which they were chosen; `decided_by`, the error that is nearest to its
-        limit; and `interval`, the 95 % interval of their number where evenly spread dots have a requested error.
+        `normals` (n, 3) in Å; `surface`, a Surface of the kept dots; `table`, a DataFrame; `help(few)` explains the rest.
 
     Raises
     ------
     InputError
         More than one size is given, or the size cannot be had from this surface.
-
-    Notes
-    -----
-    With 'cover', `recover` infers the atoms from the kept dots, which are chosen by the error that these atoms predict. They
-    serve the reconstruction by spheres alone: with the interpolant they err by 20 to 40 % more than evenly spread ones, and the
-    loss of a random tenth of them raises the mean error from 0.002 to 0.06 to 0.1 Å.
 
     Examples
     --------
@@ -125,8 +112,6 @@ def minimal(
     >>> few = sparsurf.minimal("data/tdp43/topology.pdb", percent=10)
     >>> few, few.points.shape, list(few.table)[:4]
     (Subset of 2,460 dots of 24,600, (2460, 3), ['dot', 'x', 'y', 'z'])
-    >>> bool((few.dots == sparsurf.sample("data/tdp43/topology.pdb", percent=10)).all())
-    True
     """
     sizes = {"percent": percent, "n_dots": n_dots, "density": density, "error": error, "max_z": max_z}
     few = represented(surface, sizes, sampler, seed, d_link, reconstruction, error_99).subset

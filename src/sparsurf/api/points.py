@@ -67,41 +67,29 @@ def points(
 ) -> Points:
     """Choose points with normals on the solvent-excluded surface of a molecule, as far from one another as possible.
 
-    The points lie exactly on the surface, and their normals are analytic. The same molecule gives the same bytes on every
-    machine.
-
     Parameters
     ----------
     molecule : path, Molecule, atoms of another library, or pair (xyz, radii)
         The molecule, as for `surface`.
-    n_dots : int, optional
-        Number of points (default 1024, unless `density` is given).
-    density : float, optional
-        Instead of `n_dots`, the number of points per Å^2.
+    n_dots, density : int, float, optional
+        The number of points (default 1024), or in its place their number per Å^2.
     fields : str, callable, or sequence of these
-        Values at the points (default none): 'roughness', that of the dense surface at the same place, and any name that
-        `fields` accepts, such as 'hydropathy'.
+        Values at the points (default none): 'roughness', that of the dense surface there, and any name that `fields` accepts.
     seed : int
-        Seed for the choice of the first point, from which all others follow (default 20261120).
-    frame : int
-        Position of the frame of the molecule, from 0 (default 0).
-    probe_radius : float
-        Radius of the probe, Å (default 1.4).
-    radii : {'dms', 'bondi'}, dict, or path
-        Atomic radii, as for `surface` (default 'dms').
+        Seed for the choice of the first point, from which all others follow, on every machine alike (default 20261120).
+    frame, probe_radius, radii : as in `surface`
+        The frame of the molecule, the radius of the probe and the atomic radii, with the same defaults.
     cavities : {'remove', 'keep'}
         Whether closed cavities inside the molecule are left without points (default 'remove').
     groups : str or sequence, optional
-        Groups of partners, as in `areas`: the points lie on the surface of the first group alone, and the field 'burial' says
-        how deep they lie below the surface of all groups (default None, all atoms).
+        As in `areas` (default all atoms): they lie on the surface of the first group; 'burial' is the depth below that of all.
 
     Returns
     -------
     Points
-        The pair of `points` and `normals`, (n_dots, 3) float32 each, Å, which can be unpacked. Its length is that of a pair, 2,
-        and its attribute `n_dots` is the number of points. The first m points are themselves spread as far as m points can be by
-        this method. It also has `area` (Å^2 that each point stands for), `kind`, `atom`, `fields` and `to_frame`, which names the
-        residue and the atom of every point.
+        The pair of `points`, exactly on the surface, and analytic `normals`, (n_dots, 3) float32 each, Å; its length is 2, and
+        `n_dots` the number of points. The first m points are spread as far as m points can be by this method. `area` (Å^2 of each
+        point), `kind`, `atom`, `fields` and `to_frame`, which names residues and atoms, are further attributes.
 
     Raises
     ------

@@ -62,34 +62,27 @@ def show(
 ) -> View:
     """Show a molecule or a surface as one page, and open it in the browser where there is one.
 
-    The page is one file that needs no network. It shows the surface above the cartoon of the molecule and its ligands, coloured
-    by roughness or fields, which residues touch which chain or ligand, the roughness of the residues along each chain, the ten
-    roughest residues, and the parts of the structure that were left out.
+    The page, one file that needs no network, shows the surface, coloured by roughness or fields, above the cartoon of the
+    molecule and its ligands, which 3Dmol.js draws (Rego and Koes, Bioinformatics 31:1322, 2015); which residues touch which chain
+    or ligand; the roughness along each chain; the ten roughest residues; and the parts of the structure that were left out. Where
+    patches of the dots would be fragmented, it shows the surface that `recover` reconstructs from them, and says so.
 
     Parameters
     ----------
     source : path, Molecule, atoms of another library, Surface, Subset, Mesh, or the pair (points, normals)
-        What is shown. A path is that of a structure, as for `read_molecule`, or of a file of dots or a PLY mesh, as for
-        `read_surface`. Dots that do not know their molecule, such as those of a file, have no residues and no fields of atoms.
+        A path is that of a structure, of dots or of a PLY mesh. Dots without a molecule have no residues and no fields of atoms.
     path : str or Path, optional
         File in .html for the page. By default a temporary file, unless the page is not opened.
     trajectory : path, optional
-        Trajectory that belongs to the structure `source`. Without a `frame`, the page shows its frames, at most 100 of them:
-        a slider chooses one, and curves show the area of the surface and the numbers of a residue over time.
+        Trajectory of the structure `source`. A slider chooses one of at most 100 frames, and curves show numbers over time.
     frame : int, optional
-        Position of the one frame of the molecule that is shown, or of the model, from 0. By default all frames of a trajectory
-        are shown, and the first frame of anything else.
-    rank : str or callable, optional
-        What the residues of a trajectory are ranked by, as in `frames`: 'roughness' (the default), 'area', 'depth',
-        'accessible', 'relative', 'buried', or any field.
-    rank_by : {'sd', 'range'}, optional
-        Whether the standard deviation over the frames counts (the default), or the highest minus the lowest value.
+        Position of the one frame or model that is shown, from 0 (default all of a trajectory, and the first of anything else).
+    rank, rank_by : as in `frames`, optional
+        How the residues of a trajectory are ranked, with the same defaults.
     limits : pair of float, optional
-        Values at the ends of the colours with which the page opens, as in `write`: those of the first field of the dots, or of
-        the roughness. Frames have none.
+        Values at the ends of the first colours, as in `write`: of the first field, or of the roughness; frames have none.
     open_browser : bool
-        Whether the page is opened in the browser (default True). It never is in a notebook, which shows the page itself, and
-        where there is no display.
+        Whether the page is opened (default True), but never in a notebook, which shows it, or where there is no display.
 
     Returns
     -------
@@ -100,12 +93,6 @@ def show(
     ------
     InputError
         One sentence on what is wrong with the file, the frame or the path.
-
-    Notes
-    -----
-    Roughness is that of `roughness`. Where patches of the dots would be fragmented, as those of a file of a subset, the page
-    shows the surface that `recover` reconstructs from them, and says so. 3Dmol.js (Rego and Koes, Bioinformatics 31:1322, 2015)
-    draws the picture.
 
     Examples
     --------

@@ -151,16 +151,14 @@ def sample(
 ) -> NDArray[np.int64]:
     """Choose a subset of dots by a sampler or by a combination of the paper's four parameters.
 
-    `minimal` and a study choose the same dots with the same seed.
-
     Parameters
     ----------
     surface : PreparedSurface, Surface, path, pair (points, normals), or molecule
         The whole surface, as in `prepare`, or the result of `prepare`. Dots that `surface` placed for a larger `d_link` are
         sampled with that link.
     percent : float, optional
-        Share of all dots, %. Exactly one of percent, n_dots and combination is given. The paper's samplers keep about the
-        number that is asked for.
+        Share of all dots, %. Exactly one of percent, n_dots and combination is given. The paper's samplers keep about the number
+        that is asked for.
     n_dots : int, optional
         Number of dots.
     sampler : str or callable, optional
@@ -172,7 +170,7 @@ def sample(
         Parameters of one draw of the paper's sampling, equation 2 of the preprint by Grassmann et al., published in PLoS ONE
         17(4), e0266004 (2022), or of the sampler 'paper_corrected'.
     seed : int, optional
-        Seed of the draw (default that of the prepared surface, or 20261120).
+        Seed of the draw (default that of the prepared surface, or 20261120). `minimal` and a study choose the same dots with it.
 
     Returns
     -------

@@ -44,12 +44,8 @@ def surface_atoms(
     ----------
     molecule : path, Molecule, atoms of another library, or pair (xyz, radii)
         As in `surface`.
-    frame : int
-        Position of the frame, from 0 (default 0).
-    probe_radius : float
-        Radius of the probe, Å (default 1.4).
-    radii : {'dms', 'bondi'}, dict, or path
-        Atomic radii, as for `surface` (default 'dms'). With other radii than these, the atoms determine another surface.
+    frame, probe_radius, radii : as in `surface`
+        With the same defaults. With another probe or other radii, the atoms determine another surface.
     cavities : {'keep', 'remove'}
         Whether the walls of closed cavities belong to the surface (default 'keep'). Without them, fewer atoms are needed, and the
         surface of these atoms must be computed with `cavities="remove"` as well.

@@ -89,32 +89,27 @@ def surface(
         A structure, a file with radii (.xyzr, .xyzrn, .pqr) or of a small molecule (.sdf, .mol, .mol2), the centres (A, 3) and
         radii (A,) of spheres in Å, or SurfaceAtoms from `surface_atoms`, on which the surface is the same as on all atoms.
     frame : int
-        Position of the frame, from 0 (default 0). An AtomGroup of MDAnalysis has one, the current frame of its trajectory.
-    probe_radius : float
-        Radius of the probe, Å (default 1.4).
-    density : float or 'auto'
-        Dots per Å^2 (default 'auto': 5.35, or more where `d_link` needs it).
+        Position of the frame, from 0 (default 0); an AtomGroup of MDAnalysis has one, the current frame of its trajectory.
+    probe_radius, density, d_link : float
+        Radius of the probe, Å (default 1.4); dots per Å^2 (default 'auto': 5.35, or more where `d_link` needs it); distance below
+        which two dots of a patch will count as linked, Å (default 0.5).
     radii : {'dms', 'bondi'}, dict, or path
         Table of atomic radii (default 'dms'), or radii of your own in Å: by element, or a CSV with the column `radius` and
         `residue_name`, `atom` or `element`, of which the row that names an atom most closely counts.
-    d_link : float
-        Distance below which two dots of a patch will count as linked, Å (default 0.5).
-    cavities : {'keep', 'remove'}
-        Whether the dots of closed cavities inside the molecule are kept (default 'keep').
-    reentrant : {'exact', 'dms'}
-        Whether concave dots inside other probes are removed (default 'exact') or kept, as by the program DMS.
+    cavities, reentrant : {'keep', 'remove'}, {'exact', 'dms'}
+        Whether the dots of closed cavities are kept (default 'keep'), and whether concave dots inside other probes are removed
+        (default 'exact') or kept, as by the program DMS.
     boundary : {'excluded', 'accessible'}
-        Whether the surface bounds the space that the probe cannot enter (default 'excluded') or the space that its centre cannot
-        enter, whose area is that of `areas`. Dots of the latter are of kind 0 and carry no molecule.
+        Whether the surface bounds the space that the probe cannot enter (default 'excluded') or that its centre cannot enter,
+        whose area is that of `areas`. Dots of the latter are of kind 0 and carry no molecule.
     groups : str or sequence, optional
-        Groups of partners, as in `areas`: the dots lie on the surface of the first group alone, and the field `burial` says how
-        deep they lie below the surface of all groups (default None, all atoms).
+        As in `areas` (default all atoms): dots lie on the surface of the first group; `burial` is their depth below that of all.
 
     Returns
     -------
     Surface
-        `points` and `normals` (N, 3) in Å, `area` (N,) in Å^2, `kind` (N,) (0 contact, 1 saddle, 2 concave) and `atom` (N,),
-        the index of the atom that each dot belongs to. The dots carry their molecule.
+        `points` and `normals` (N, 3) in Å, `area` (N,) in Å^2, `kind` (N,) (0 contact, 1 saddle, 2 concave) and `atom` (N,), the
+        index of the atom that each dot belongs to. The dots carry their molecule.
 
     Raises
     ------
@@ -124,11 +119,8 @@ def surface(
     Examples
     --------
     >>> import sparsurf
-    >>> dots = sparsurf.surface("data/tdp43/topology.pdb")
-    >>> len(dots), dots.points.shape, round(dots.area.sum())
-    (24600, (24600, 3), 4560)
-    >>> len(sparsurf.surface(([[0, 0, 0], [3, 0, 0]], [1.5, 1.5])))
-    364
+    >>> sparsurf.surface("data/tdp43/topology.pdb")
+    Surface of 24,600 dots
     """
     check_choice(boundary, BOUNDARIES, "boundary")
     probe_radius, d_link = PROBE.check(probe_radius, "probe_radius"), LENGTH.check(d_link, "d_link")
@@ -241,14 +233,12 @@ def mesh(
     Parameters
     ----------
     surface : path, Molecule, atoms of another library, pair (xyz, radii), Surface, Points, or Subset
-        A molecule, whose mesh follows the defaults of `surface`; or all dots that `surface` placed, whose mesh follows the
-        rules of their placement, as in `mesh(surface(path, probe_radius=2.0))`. From any other dots (a Subset from
-        `minimal`, a file of dots, some of the dots) the surface is reconstructed first.
-    n_vertices : int, optional
-        Number of vertices, at most 100 per Å^2. Edges of a finer mesh are collapsed until so many are left; every vertex
-        lies on the surface with its analytic normal, and the topology stays the same.
-    density : float, optional
-        Instead of `n_vertices`, the number of vertices per Å^2.
+        A molecule, whose mesh follows the defaults of `surface`; or all dots that `surface` placed, whose mesh follows the rules
+        of their placement, as in `mesh(surface(path, probe_radius=2.0))`. From any other dots (a Subset from `minimal`, a file of
+        dots, some of the dots) the surface is reconstructed first.
+    n_vertices, density : int, float, optional
+        Number of vertices, at most 100 per Å^2, or in its place their number per Å^2. Edges of a finer mesh are collapsed until
+        so many are left; every vertex lies on the surface with its analytic normal, and the topology stays the same.
     step : float, optional
         Instead of a number of vertices, the step of the grid whose triangles are all kept, Å (default 0.5, which makes about 18
         vertices per Å^2); at most half the radius of the probe.
@@ -257,14 +247,13 @@ def mesh(
         a Surface keeps the rule of its placement. For equal `cavities`, the areas of dots, points and mesh agree. A mesh that is
         reconstructed from other dots has the cavities that these dots have.
     fields : str, callable, or sequence of these
-        Fields of the vertices (default none): 'roughness', taken from the nearest dot of the dense surface, and any name
-        that `fields` accepts.
+        Fields of the vertices (default none): 'roughness', of the nearest dot of the dense surface, and any name of `fields`.
 
     Returns
     -------
     Mesh
-        `vertices` (a Surface with the atom, the molecule and the fields of each vertex), `triangles` (F, 3) int,
-        counterclockwise from outside, and `volume` in Å^3. The mesh is closed: every edge belongs to two triangles.
+        `vertices` (a Surface with the atom, the molecule and the fields of each vertex), `triangles` (F, 3) int, counterclockwise
+        from outside, and `volume` in Å^3. The mesh is closed: every edge belongs to two triangles.
 
     Raises
     ------

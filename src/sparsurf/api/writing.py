@@ -456,46 +456,35 @@ def write(
     Parameters
     ----------
     result : Surface, Points, Subset, Mesh, Molecule, SurfaceAtoms, or DataFrame
-        What is written; the notes say how each is. A Subset is shown on its surface, and a table of `residues` as the roughness
-        along each chain.
+        A Subset is shown on its surface, a table of `residues` as the roughness along each chain, and all others as in the notes.
     path : str or Path
         File to write; its folder must exist.
-    molecule : path, Molecule, or atoms of another library, optional
-        Molecule for a DMS file and for the names of atoms in a table (default that of the dots).
-    frame : int
-        Frame of the molecule (default 0).
+    molecule, frame : path, Molecule, or atoms of another library, optional; int
+        Molecule, and its frame (default 0), for a DMS file and for the names of atoms in a table (by default that of the dots).
     names : dict of str to str, optional
         Names that fields get in the file, such as {'hydropathy': 'hphob'}; the other fields keep theirs.
     colours : bool, optional
-        Whether a PLY, OBJ or GLB has colours, of the first field or of the kinds. By default dots have them and a mesh has
-        none: all its properties are then floats, as readers of meshes for networks need them.
+        Whether PLY, OBJ and GLB have colours, of the first field or the kinds. By default dots do, and a mesh has floats alone.
     column : str, optional
-        Column of a table of residues or atoms, such as 'accessible', that a .pdb of `molecule` holds as B factors, for PyMOL
-        (`spectrum b`) and ChimeraX (`color bfactor`).
+        Column of a table of residues or atoms, such as 'accessible', which a .pdb of `molecule` holds as B factors.
     limits : pair of float, optional
-        Values at the ends of the colours, such as (-5, 5), which make files comparable. By default, potential (±5 kT/e),
-        hydropathy (±4.5), shape index and hbond (±1) have colours that meet at 0, roughness reaches from 0.2 to 0.9, B factors
-        of a prediction have the bands of the AlphaFold database, and others reach from the lowest to the highest value.
+        Values at the ends of the colours, such as (-5, 5). By default ±5 kT/e for potential, ±4.5 for hydropathy, ±1 for shape
+        index and hbond, 0.2 to 0.9 for roughness, and else the lowest and highest value, or AlphaFold's bands for pLDDT.
 
     Raises
     ------
     InputError
-        The suffix does not fit the result, the folder does not exist, `names` holds a name that is not a field, the file is one
-        that the molecule was read from, or a file that a .cxc or a .vert needs next to it exists already and was not written
-        there as such.
+        The suffix does not fit the result, the folder does not exist, `names` holds a name that is not a field, or a file would
+        be replaced that the molecule was read from or that, next to a .cxc or .vert, was not written there as such.
 
     Notes
     -----
-    .pml and .cxc open the dots on their molecule in PyMOL and ChimeraX (a NAME.cxc with NAME_dots.bild and NAME_molecule.pdb
-    next to it), .bild holds spheres, and .pdb holds each dot as an atom whose B factor is its weight or its first field, with an
-    occupancy of 0 where that is unknown. A .vtp (for ParaView and PyVista) holds dots or a mesh with all their numbers, a .html
-    is an interactive page, as that of `show`, a .parquet holds Points in the columns of `sparsurf points`, and a .png is a
-    picture, for which matplotlib must be installed. A molecule is written as PDB, or as spheres of the radii 'dms' (.xyzr,
-    .xyzrn). Atoms of a surface are written as .xyzr, .pqr or .pdb (with the radii as B factors), whose header says probe and
-    radii. A mesh is written as PLY, as npz with `vertices`, `faces`, `normals` and its fields, as .vert with a .face next to it,
-    as by the program MSMS, or by trimesh, which must be installed, as .obj, .glb or .stl; in PLY and npz its numbers are float32
-    and its triangles int32. An npz of dots holds `points`, `normals` and their fields. `read_surface` reads .ply, .npz and
-    .vert.
+    .pml and .cxc open the dots on their molecule in PyMOL and ChimeraX, .bild holds spheres, .vtp all numbers, .html the page of
+    `show`, .parquet Points in the columns of `sparsurf points`, .png a picture by matplotlib, and .pdb each dot as an atom, whose
+    B factor is its weight or first field, with an occupancy of 0 where that is unknown. A molecule is written as .pdb or as
+    spheres of the radii 'dms' (.xyzr, .xyzrn); atoms of a surface as .xyzr, .pqr or .pdb (radii as B factors), with probe and
+    radii in the header; a mesh as .ply, .vert with a .face, as .npz of `vertices`, `faces` and `normals`, or by trimesh as .obj,
+    .glb or .stl. In .ply and .npz, its numbers are float32 and int32; an npz of dots holds `points` in place of `vertices`.
 
     Examples
     --------

@@ -70,8 +70,8 @@ def read_molecule(
     Parameters
     ----------
     path : str or Path
-        PDB, mmCIF, GRO or CHARMM CARD file, each also compressed, or HDF5 of mdtraj; with a trajectory also a PSF or AMBER
-        parm7 file. The content determines the format. Names and labels are those of the file.
+        PDB, mmCIF, GRO or CHARMM CARD file, each also compressed, or HDF5 of mdtraj; with a trajectory also a PSF or AMBER parm7
+        file. The content determines the format. Names and labels are those of the file.
     trajectory : str or Path, optional
         XTC, TRR, DCD, NetCDF, HDF5, AMBER mdcrd or restart, XYZ, LAMMPS dump or data, or coordinates in any format of a
         structure. Without it, the models of the structure are the frames.
@@ -87,19 +87,16 @@ def read_molecule(
         Whether explicit hydrogens are read (default 'keep').
     ligands : bool, str or list of str
         Names of ligands to read with the protein, or True for all but waters and ions (default False, none).
-    stride : int
-        Read every stride-th frame (default 1, all frames).
-    times : sequence of float, optional
-        Times in ps: only the first frame of a trajectory and the frames at these times are read, whatever the stride.
+    stride, times : int; sequence of float, optional
+        Every stride-th frame is read (default 1, all frames), or only the first frame and those at these times, ps.
     whole : bool
         Whether molecules that the periodic box cuts are made whole (default True).
     plddt : float, optional
-        Lowest pLDDT, 0 to 100, of the residues of a predicted model that are read. Experimental structures are read whole.
-        A bound above 0 and at most 1 is refused, since pLDDT is no share.
+        Lowest pLDDT, 0 to 100 and no share, of the residues of a predicted model that are read; other structures are read whole.
     assembly : bool or str
-        Whether a biological assembly is read (default False): all models of the structure as one molecule or, where it has one
-        model, the copies by the operators that it declares (REMARK 350, _pdbx_struct_assembly_gen), of the first assembly or of
-        the one whose name is given, such as '2'. The chains of the second model or copy become A-2, B-2, ...
+        Whether a biological assembly is read (default False): all models as one molecule or, where there is one model, its copies
+        by the operators (REMARK 350, _pdbx_struct_assembly_gen) of the first assembly or of the one that is named, such as '2'.
+        The chains of the second model or copy become A-2, B-2, ...
     groups : str or sequence, optional
         Groups of partners, as in `areas`: only their atoms are read, with the ligands that they name (default None).
 
