@@ -1,6 +1,6 @@
 # The config is read by `check_config` in rules/common.smk, which fills in the defaults, so that there is no `configfile:` here.
-# Trajectory or structure or surface -> frames -> surface -> roughness -> sampling over the grid -> descriptors compared -> tables,
-# best parameters, figures, in this order. The parts that a config switches on or off, the grid among them, are in rules/, by topic.
+# Trajectory or structure or surface -> frames -> surface -> roughness -> sampling over the grid -> descriptors compared ->
+# tables, best parameters, figures, in this order. The parts that a config switches on or off, the grid among them, are in rules/.
 #
 # All rules follow the same conventions. `params` names each key of the config that the script reads: Snakemake runs a job again
 # where a parameter changes, so that a key which a script does not need would run it in vain. `code` does the same for the modules
