@@ -52,7 +52,7 @@ def infer_atoms(
     Raises
     ------
     InputError
-        The dots or a radius cannot be used, or they vote for no probe: they are noisy, under 100, or on another kind of surface.
+        A radius is not allowed, or the dots vote for no probe radius: noisy, fewer than 100, or on another kind of surface.
 
     Notes
     -----

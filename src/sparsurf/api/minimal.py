@@ -82,12 +82,12 @@ def minimal(
         At most one of them: the share of all dots, %; their number; their number per Å^2; the mean distance of the true surface
         from the reconstructed one, Å (0.02 without any of the five); the largest Z (see `compare`) of the dots as they are.
     sampler : str or callable
-        As in `sample`; 'auto' (default) is 'cover' for an error of at most 0.12 Å of all dots that `surface` placed, unless
-        `reconstruction` is 'interpolant', else 'farthest'. Dots of 'cover' are for spheres alone: by the interpolant they err by
-        20 to 40 % more than evenly spread ones; the loss of a random tenth raises the mean error from 0.002 to 0.06 to 0.1 Å.
+        How dots are chosen, as in `sample`; 'auto' (default) is 'cover' for an error of at most 0.12 Å of all that `surface`
+        placed, unless `reconstruction` is 'interpolant', else 'farthest'. Dots of 'cover' are for spheres: by the interpolant
+        they err 20 to 40 % more than evenly spread ones; without a random tenth the mean error is 0.06 to 0.1 Å, not 0.002.
     reconstruction : {'auto', 'interpolant', 'spheres'}
-        As in `recover`, where the error is measured; 'auto' (default) is 'spheres' with the sampler 'cover', and where the
-        sampler 'auto' keeps dots on atoms for an error, else 'interpolant'.
+        How the surface is reconstructed for its error, as in `recover`; 'auto' (default) is 'spheres' with 'cover', and where
+        the sampler 'auto' keeps dots on atoms for an error, else 'interpolant'.
     error_99 : float, optional
         Distance within which 99 % of the true surface lies from the reconstructed one, Å. With 'cover' it holds in both
         directions and is 5 times `error` by default; `math.inf` bounds the mean error alone, which is then predicted and not

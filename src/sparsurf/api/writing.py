@@ -456,7 +456,7 @@ def write(
     Parameters
     ----------
     result : Surface, Points, Subset, Mesh, Molecule, SurfaceAtoms, or DataFrame
-        A Subset is shown on its surface, a table of `residues` as the roughness along each chain, and all others as in the notes.
+        What is written: a Subset on its surface, a table of `residues` as the roughness along each chain, others as in the notes.
     path : str or Path
         File to write; its folder must exist.
     molecule, frame : path, Molecule, or atoms of another library, optional; int

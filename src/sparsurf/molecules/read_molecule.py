@@ -92,7 +92,7 @@ def read_molecule(
     whole : bool
         Whether molecules that the periodic box cuts are made whole (default True).
     plddt : float, optional
-        Lowest pLDDT, 0 to 100 and no share, of the residues of a predicted model that are read; other structures are read whole.
+        Lowest pLDDT (0 to 100, not a share) of the residues of a predicted model that are read; other structures are read whole.
     assembly : bool or str
         Whether a biological assembly is read (default False): all models as one molecule or, where there is one model, its copies
         by the operators (REMARK 350, _pdbx_struct_assembly_gen) of the first assembly or of the one that is named, such as '2'.
