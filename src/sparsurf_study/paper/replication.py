@@ -66,7 +66,6 @@ def facts_for_page(
     """Collect what the page says of the results of `reproduce` and of the table grid.csv."""
     return {
         "bias": published_runs.selection_bias(results["runs"], table),
-        "signs": sign_changes(results["links"]),
         "family": best_of_family(results["family"]),
         "gathering": gathering_by_roughness(prepared, draws),
         "turned": turned_z(prepared, n_tests),
@@ -124,28 +123,6 @@ def sweep_links(prepared: PreparedSurface, links: Sequence[float], n_tests: int,
         )
         out.append(pd.DataFrame(columns))
     return pd.concat(out, ignore_index=True)
-
-
-def sign_changes(links: pd.DataFrame) -> pd.DataFrame:
-    """Find where d of each published row peaks over d_link, and where its sign is significant.
-
-    positive_to is the last d_link up to which the interval of d is above 0 everywhere, negative_from the first from which on it
-    is below 0; NaN if there is none.
-    """
-    out = []
-    for row, of_row in links.groupby("row"):
-        curve = of_row.sort_values("d_link").reset_index(drop=True)
-        above, below = (curve["d_low"] > 0).to_numpy(), (curve["d_high"] < 0).to_numpy()
-        best = curve.iloc[int(curve["d"].argmax())]
-        n_above = int(np.argmin(np.append(above, False)))
-        n_below = int(np.argmin(np.append(below[::-1], False)))
-        out.append(
-            {"row": row, "n_S_percent": curve["n_S_percent"].iloc[0], "d_first": curve["d"].iloc[0]}
-            | {"d_link_best": best["d_link"], "d_best": best["d"]}
-            | {"positive_to": curve["d_link"].iloc[n_above - 1] if n_above else np.nan}
-            | {"negative_from": curve["d_link"].iloc[len(curve) - n_below] if n_below else np.nan}
-        )
-    return pd.DataFrame(out)
 
 
 # Arguments of `build_cover`: distance_from_moved_centre, chance_in_every_patch

@@ -71,7 +71,7 @@ CHAPTERS_OF_FIGURES = {  # figures 1 to 5 of the paper: chapters with their numb
 def paper_page(data: dict[str, Any]) -> dict[str, Any]:
     """Collect the values of the page.
 
-    `data` holds `grid`, `ranges`, `best` and `recovered` of the surface; `rows`, `links`, `signs`, `defects`, `family` and
+    `data` holds `grid`, `ranges`, `best` and `recovered` of the surface; `rows`, `links`, `defects`, `family` and
     `gathering` of `paper.replication`; `places`, `tests` and `bias` of `paper.published_runs`; `bins` of
     `rough_and_flat.bins_table` with a column `around`; `uniform`, the median number of patches of a dot; and `surface`, see
     `surface_of`.
@@ -112,7 +112,7 @@ def paper_page(data: dict[str, Any]) -> dict[str, Any]:
         "readings": GRID_READINGS,
         "reduced": reduced,
         "surface": data["surface"],
-        "links": links(data["links"], data["signs"], grid),
+        "links": links(data["links"], grid),
         "curve": curve(data["links"]),
         "defects": defects(data["defects"]),
         "outlook": data["recovered"].iloc[0].to_dict(),
@@ -389,17 +389,18 @@ def orientation(references: dict[str, Any], turned: float) -> dict[str, Any]:
     }
 
 
-def links(table: pd.DataFrame, signs: pd.DataFrame, grid: pd.DataFrame) -> dict[str, Any]:
+def links(table: pd.DataFrame, grid: pd.DataFrame) -> dict[str, Any]:
     """Tabulate d of the published rows by linking distance, and what d depends on."""
     d = table.pivot(index="row", columns="d_link", values="d")
+    best = d.idxmax(axis=1)
     d = d.iloc[:, :: -(-d.shape[1] // MAX_LINK_COLUMNS)]
     return {
         "d": d.to_dict("index"),
         "distances": d.columns.tolist(),
-        "best": (signs["d_link_best"].min(), signs["d_link_best"].max()),
+        "best": (best.min(), best.max()),
         "tried": (table["d_link"].min(), longest := table["d_link"].max()),
         "below": int((table.loc[table["d_link"] == longest, "d_high"] < 0).sum()),
-        "rows": len(signs),
+        "rows": len(best),
         "correlation": replication.correlation_of_readings(grid),
         "fragments": replication.correlation_with_fragments(grid),
     }

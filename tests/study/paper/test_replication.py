@@ -287,7 +287,6 @@ def page(prepared):
         ),
         "bias": published_runs.selection_bias(runs, table),
         "links": links,
-        "signs": replication.sign_changes(links),
         "defects": replication.compare_defects(prepared, 20, 1),
         "bins": pd.concat(bins),
         "family": replication.best_of_family(
@@ -581,24 +580,6 @@ def test_links_keep_the_samplings_and_change_the_islands(page, prepared):
     assert links.loc[0.8]["median_patch_size"].tolist() == page["rows"]["median_patch_size_kept"].tolist()
 
 
-def test_signs_change_where_the_intervals_say():
-    """By hand: d of one row is positive up to 0.6 Å and negative from 0.8 Å on; that of the other is never significant."""
-    d, low, high = [1.0, 2, 0.5, -0.5, -1], [0.5, 1, -0.2, -0.9, -1.5], [1.5, 3, 1, -0.1, -0.5]
-    links = pd.DataFrame(
-        {"d_link": [0.5, 0.6, 0.7, 0.8, 0.9], "row": 1, "d": d, "d_low": low, "d_high": high}
-    )
-    links = pd.concat([links, links.assign(row=2, d_low=-3.0, d_high=3.0)]).assign(n_S_percent=[*range(10)])
-    found = replication.sign_changes(links.sample(frac=1, random_state=1)).set_index("row")
-    names = ["n_S_percent", "d_first", "d_link_best", "d_best", "positive_to", "negative_from"]
-    assert found.loc[1, names].tolist() == [0, 1.0, 0.6, 2.0, 0.6, 0.8]
-    assert found.loc[2, names[:4]].tolist() == [5, 1.0, 0.6, 2.0] and found.loc[2, names[4:]].isna().all()
-    turned = links.assign(d_low=0.1, d_high=5.0)
-    found = replication.sign_changes(turned).set_index("row")
-    assert found.loc[1, "positive_to"] == 0.9 and np.isnan(found.loc[1, "negative_from"])
-    found = replication.sign_changes(links.assign(d_low=-5.0, d_high=-0.1)).set_index("row")
-    assert found.loc[1, "negative_from"] == 0.5 and np.isnan(found.loc[1, "positive_to"])
-
-
 def test_the_family_counts_each_side_and_has_its_lowest_z():
     table = pd.DataFrame(
         {"percent": [5.0, 5, 5, 10], "Z_tS": [2.0, 1.5, 3.0, 1.0], "Z_tR": [2.0, 2.4, 2.5, 9.0]}
@@ -684,7 +665,6 @@ def test_the_tables_of_a_study_follow_its_settings(monkeypatch):
     assert facts.pop("uniform") == {"median": np.median(np.bincount(prepared.cover.dot))}
     wanted = {
         "bias": published_runs.selection_bias(found["runs"], table),
-        "signs": replication.sign_changes(found["links"]),
         "family": replication.best_of_family(found["family"]),
         "gathering": replication.gathering_by_roughness(prepared, 2),
     }
@@ -704,7 +684,7 @@ def test_the_numbers_of_the_chapters_are_those_of_their_tables(page, prepared):
     links = links.assign(
         d=np.tile([0.1, 2.0, -0.4], 10) + 0.01 * links["row"], link_over_spacing=links["d_link"], d_high=1.0
     )
-    signs = page["signs"].assign(d_link_best=np.linspace(0.55, 0.85, 10))
+    links.loc[links["row"].eq(10) & links["d_link"].eq(0.9), "d"] = 2.5  # the best of the last row
     family = pd.DataFrame(
         {"percent": [5.0, 10], "members": [7, 5], "n_better": [3, 1], "Z_best": 1.0, "Z_uniform": 2.0}
     )
@@ -714,7 +694,6 @@ def test_the_numbers_of_the_chapters_are_those_of_their_tables(page, prepared):
     changed = {
         "ranges": pd.concat([won, other]),
         "links": links,
-        "signs": signs,
         "family": family,
         "rows": rows,
     }
@@ -723,7 +702,7 @@ def test_the_numbers_of_the_chapters_are_those_of_their_tables(page, prepared):
     assert (winners["same"], winners["among"]) == ({"kept": 3, "full": 0}, {"kept": 3, "full": 10})
     assert winners["holds"] == {"kept": "3 of 10", "full": "10 of 10"}
     assert found["parameter_free"]["links"] == pytest.approx(np.array([[0.5, 2.05], [0.7, -0.35]]))
-    assert found["links"]["best"] == (0.55, 0.85) and found["links"]["distances"] == [0.5, 0.7, 0.9]
+    assert found["links"]["best"] == (0.5, 0.9) and found["links"]["distances"] == [0.5, 0.7, 0.9]
     positive, table1 = found["positive"], found["table1"]
     assert (positive["members"], positive["better"], positive["published"]) == (12, 4, 9)
     assert table1["means"] == {"d": 9, "Z_tS": 4} and (table1["n"], table1["runs"]) == (10, 3)
