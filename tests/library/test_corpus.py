@@ -36,7 +36,7 @@ from peptides import ALANINE, STEP, atom_line, peptide
 from sparsurf.api.inputs import as_dots, as_molecule
 from sparsurf.cli.command import main
 from sparsurf.dot_fields.charges import pqr_charges
-from sparsurf.dot_fields.columns import column_of_atoms
+from sparsurf.dot_fields.columns import TableOfAtoms
 from sparsurf.errors import InputError, naming_file
 from sparsurf.molecules import plausibility
 from sparsurf.molecules.read_molecule import read_molecule
@@ -1911,7 +1911,7 @@ READERS = {  # of every kind of file that a command takes
     **dict.fromkeys(["xtc", "dcd", "nc", "mdcrd", "rst7"], lambda path: read_molecule(EXAMPLE, path)),
     **dict.fromkeys(["csv", "npz", "dms"], read_surface),
     "pqr": pqr_charges,
-    "table": lambda path: column_of_atoms(path, "value", read_molecule(EXAMPLE)),
+    "table": lambda path: TableOfAtoms.read(path, read_molecule(EXAMPLE)).field("value"),
 }
 PLACES = {  # what stands where the path of a file is expected
     "a URL": ("https://files.rcsb.org/download/1ubi.pdb", "https://files.* is a URL: give a file; nothing is downloaded"),

@@ -308,7 +308,11 @@ def add_fields(parser: argparse._ActionsContainer, has_table: bool = True) -> No
 
 def add_values_of_atoms(parser: argparse._ActionsContainer) -> None:
     """Add the options that say values of atoms, and how widely these are averaged."""
-    help_text = "CSV with columns residue, chain, atom (or residue_name, of a scale) and of values, which become fields"
+    help_text = (
+        "CSV with a row for each residue or atom: columns residue (its number in FILE, such as 52A), chain and atom where they"
+        " are needed, or residue_name in place of residue for a scale of amino acids, and columns of numbers, which --fields"
+        " names; a residue_name beside residue must agree with FILE"
+    )
     parser.add_argument("--table", metavar="CSV", help=help_text)
     help_text = (
         "average B factors and columns of --table over a Gaussian of this width, Å (default: not averaged)"

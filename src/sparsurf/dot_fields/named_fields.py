@@ -15,7 +15,7 @@ import numpy as np
 from sparsurf import registry
 from sparsurf.arguments import LENGTH, checked_result
 from sparsurf.dot_fields.charges import pdb2pqr_charges, pqr_charges, table_charges
-from sparsurf.dot_fields.columns import column_of_atoms, columns_of
+from sparsurf.dot_fields.columns import TableOfAtoms
 from sparsurf.dot_fields.curvature import principal_curvatures
 from sparsurf.dot_fields.depth import depth_of_origin
 from sparsurf.dot_fields.hydrogen_bonds import balance_of_atoms
@@ -190,7 +190,7 @@ def compute_fields(
     if smooth is not None:
         smooth = LENGTH.check(smooth, "smooth")
     out: dict[str, np.ndarray] = {}
-    columns = columns_of(table) if table is not None else []
+    rows = None if table is None or molecule is None else TableOfAtoms.read(table, molecule)
     for field in fields:
         if is_map(field):
             name = name_of_map(field)
@@ -199,16 +199,14 @@ def compute_fields(
                     f"{argument('fields')}: two maps are called {name}; rename one of the files."
                 )
             out[name] = values_of_map(field, points)
-        elif table is not None and isinstance(field, str) and not registry.has("field", field):
+        elif rows is not None and isinstance(field, str) and not registry.has("field", field):
             assert molecule is not None  # of the table
             name = field if smooth is None else f"{field}_smooth"
-            out[name] = values_at_dots(
-                column_of_atoms(table, field, molecule), molecule, points, dots, smooth
-            )
+            out[name] = values_at_dots(rows.field(field), molecule, points, dots, smooth)
         else:
             choice, function = registry.load("field", field, "fields")
             name = choice.name
-            if name in columns:
+            if rows is not None and name in rows.cells.columns:
                 raise InputError(
                     f"{table} has the column {name!r}, which names {registry.origin('field', choice)}; rename the column."
                 )

@@ -16,7 +16,7 @@ import sparsurf
 from conftest import ROOT
 from sparsurf.cli import command
 from sparsurf.dot_fields.charges import _table, pdb2pqr_charges, pqr_charges, table_charges
-from sparsurf.dot_fields.columns import column_of_atoms, columns_of
+from sparsurf.dot_fields.columns import TableOfAtoms, columns_of
 from sparsurf.dot_fields.named_fields import compute_fields, hydropathy, label_and_unit, potential
 from sparsurf.dot_fields.potential import potential_of_charges, potential_of_unit_charge
 from sparsurf.dot_fields.smoothing import gaussian_mean
@@ -512,13 +512,41 @@ def test_a_scale_gives_each_residue_the_value_of_its_name(tmp_path, molecule):
     (tmp_path / "scale.csv").write_text("residue_name,scale\nPHE,-1.13\nHIS,0.17\n")
     histidine = molecule.residue == "212"
     molecule = replace(molecule, residue_name=np.where(histidine, "HIE", molecule.residue_name))
-    values = column_of_atoms(tmp_path / "scale.csv", "scale", molecule)
+    values = TableOfAtoms.read(tmp_path / "scale.csv", molecule).field("scale")
     histidine |= np.isin(molecule.residue_name, ["HIS", "HSD", "HSE", "HSP"])  # as in the file
     expected = np.where(molecule.residue_name == "PHE", -1.13, np.where(histidine, 0.17, np.nan))
     np.testing.assert_array_equal(values, expected)
     (tmp_path / "scale.csv").write_text("residue_name,scale\nPHE,1\nPHE,2\n")
     with pytest.raises(InputError, match="two rows for one residue name"):
-        column_of_atoms(tmp_path / "scale.csv", "scale", molecule)
+        TableOfAtoms.read(tmp_path / "scale.csv", molecule).field("scale")
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        ("residue,score\n209,1\n9998,2\n9999,3\n", "2 of 3 rows name no residue or atom of the molecule: 9998, 9999"),
+        ("residue_name,score\nGlu,1\nALAA,2\nCYM,3\n", "1 of 3 rows name no residue or atom of the molecule: ALAA"),
+    ],
+)  # fmt: skip
+def test_rows_of_a_table_that_fit_no_residue_are_told(tmp_path, molecule, caplog, content, said):
+    (tmp_path / "scores.csv").write_text(content)
+    values = TableOfAtoms.read(tmp_path / "scores.csv", molecule).field("score")
+    assert values[molecule.residue == "209"].tolist() == [1] * (molecule.residue == "209").sum()
+    assert [text.partition(": ")[2] for text in caplog.messages] == [said]
+
+
+def test_a_row_of_another_residue_is_refused_and_names_of_one_residue_agree(tmp_path, molecule):
+    table = molecule.residues.assign(score=1.0)
+    table["residue_name"] = table["residue_name"].str.title().replace({"His": "Hie", "Met": "Mse"})
+    table.loc[0, "residue_name"] = ""  # of a mutant
+    table.to_csv(tmp_path / "scores.csv", index=False)
+    assert (TableOfAtoms.read(tmp_path / "scores.csv", molecule).field("score") == 1).all()
+    table.loc[3, "residue_name"] = "TRP"
+    table.to_csv(tmp_path / "scores.csv", index=False)
+    with pytest.raises(
+        InputError, match=r"row 4: residue_name is TRP, and the molecule has .* 212.* there .1 row"
+    ):
+        TableOfAtoms.read(tmp_path / "scores.csv", molecule).field("score")
 
 
 @pytest.mark.parametrize(
@@ -537,7 +565,7 @@ def test_a_scale_gives_each_residue_the_value_of_its_name(tmp_path, molecule):
 def test_a_table_that_does_not_fit_is_refused(tmp_path, molecule, content, said):
     (tmp_path / "scores.csv").write_text(content)
     with pytest.raises(InputError, match=said):
-        column_of_atoms(tmp_path / "scores.csv", "score", molecule)
+        TableOfAtoms.read(tmp_path / "scores.csv", molecule).field("score")
 
 
 @pytest.mark.parametrize("name", ["kind", "x", "two words", "größe"])
@@ -546,13 +574,13 @@ def test_a_column_that_cannot_be_a_field_is_refused(tmp_path, molecule, name):
     for encoding in ("utf-8-sig", "latin-1"):
         (tmp_path / "scores.csv").write_text(f"residue,{name}\n209,1\n", encoding=encoding)
         with pytest.raises(InputError, match=f"'{name}' cannot name a field"):
-            column_of_atoms(tmp_path / "scores.csv", name, molecule)
+            TableOfAtoms.read(tmp_path / "scores.csv", molecule).field(name)
 
 
 def test_cells_of_a_table_may_be_quoted_and_hold_lines(tmp_path, molecule):
     path = tmp_path / "scores.csv"
     path.write_text('residue, note ,"score"\r\n209,"a\r\nb, c", "7"\r\n\r\n210,,8\r\n', newline="")
-    found = column_of_atoms(path, "score", molecule)
+    found = TableOfAtoms.read(path, molecule).field("score")
     for residue, value in (("209", 7), ("210", 8)):
         assert set(found[molecule.residue == residue]) == {value}
     assert np.isnan(found[~np.isin(molecule.residue, ["209", "210"])]).all()
@@ -569,34 +597,34 @@ def test_chain_and_atom_tell_the_rows_of_a_residue_apart(tmp_path, caplog):
     path = tmp_path / "t.csv"
     path.write_text("atom,score,chain,residue\nCA,1,A,1\nCB,2,A,1\nCB,3,B,1\nCA,4,A,2\nCB,,B,2\n")
     with caplog.at_level("INFO", "sparsurf"):
-        found = column_of_atoms(path, "score", molecule)
+        found = TableOfAtoms.read(path, molecule).field("score")
     assert found.tolist() == pytest.approx([1, 2, 4, np.nan, np.nan, 3], nan_ok=True)
     assert caplog.messages == [f"{path}: 4 of 6 atoms have a value of score"]
     assert columns_of(path) == ["atom", "score", "chain", "residue"]
     path.write_text("chain,residue,score\nA,1,1\nB,1,2\n")
-    assert column_of_atoms(path, "score", molecule).tolist() == pytest.approx(
+    assert TableOfAtoms.read(path, molecule).field("score").tolist() == pytest.approx(
         [1, 1, np.nan, np.nan, 2, 2], nan_ok=True
     )
     names = {"chain": np.repeat(["NA", "1"], 3), "residue": np.repeat(["-1A", "01", "1"], 2)}
     path.write_text("chain,residue,score\nNA,-1A,1\n1,1,2\nNA,01,3\n")  # names that look like other things
-    found = column_of_atoms(path, "score", replace(molecule, **names))
+    found = TableOfAtoms.read(path, replace(molecule, **names)).field("score")
     assert found.tolist() == pytest.approx([1, 1, 3, np.nan, 2, 2], nan_ok=True)
     path.write_text("residue,score\n1,7\n")  # of every chain
     assert (
-        np.isfinite(column_of_atoms(path, "score", molecule)).tolist()
+        np.isfinite(TableOfAtoms.read(path, molecule).field("score")).tolist()
         == [True, True, False, False] + [True] * 2
     )
     path.write_text("residue,atom,chain,score\n2,CA,A,7\n")  # a single atom
-    assert np.flatnonzero(np.isfinite(column_of_atoms(path, "score", molecule))).tolist() == [2]
+    assert np.flatnonzero(np.isfinite(TableOfAtoms.read(path, molecule).field("score"))).tolist() == [2]
     path.write_text("chain,residue,score\nA,1,1\nA,1,2\n")
     with pytest.raises(InputError, match="two rows for one residue"):
-        column_of_atoms(path, "score", molecule)
+        TableOfAtoms.read(path, molecule).field("score")
     for name in ("chain", "residue"):
         with pytest.raises(InputError, match=f"no column '{name}' of values; it has chain, residue, score"):
-            column_of_atoms(path, name, molecule)
+            TableOfAtoms.read(path, molecule).field(name)
     path.write_text("residue,component\n1,1\n")
     with pytest.raises(InputError, match="'component' cannot name a field"):
-        column_of_atoms(path, "component", molecule)
+        TableOfAtoms.read(path, molecule).field("component")
 
 
 def test_fields_are_those_of_the_first_frame(tmp_path):
