@@ -9,11 +9,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import settings
+from hypothesis import HealthCheck, settings
 
-# the same examples on every machine; HYPOTHESIS_PROFILE=default looks for new ones
-settings.register_profile("repeatable", derandomize=True)
+from browser import Browser
+from browser import program as browser_program
+from sparsurf import progress
+
+# the same examples on every machine, however slow it is; HYPOTHESIS_PROFILE=default looks for new ones
+settings.register_profile(
+    "repeatable", derandomize=True, deadline=None, suppress_health_check=[HealthCheck.too_slow]
+)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatable"))
+
+progress.SECONDS_PER_LINE = 1e6  # no line tells that a busy machine is still working
 
 # bytecode is kept, as in the Makefile: tests start dozens of processes
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
@@ -64,6 +72,27 @@ def study(tmp_path_factory):
     log = (base / "study.log").read_text()
     assert log.startswith("exit code 0\n"), log[-3000:]
     return base / "study"
+
+
+@pytest.fixture(scope="session")
+def chromium(tmp_path_factory):
+    """One browser for all tests of a worker."""
+    if browser_program() is None:
+        pytest.skip("Chromium is not installed (sh tests/install_extras.sh): no page was tried in a browser")
+    made = Browser(tmp_path_factory.mktemp("browser"))
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def browser(chromium):
+    """The browser with a window of 1280 by 900 pixels; what the console says of a page is an error."""
+    chromium.screen(1280, 900, telephone=False)
+    chromium.media()
+    yield chromium
+    complaints = chromium.complaints()
+    chromium.load("about:blank")
+    assert complaints == []
 
 
 def sphere(n):
@@ -119,9 +148,11 @@ def pytest_collection_finish():
     gc.freeze()
 
 
-def pytest_terminal_summary(terminalreporter):
-    """Say on the last lines why tests were skipped, and how many for each reason."""
-    skipped = terminalreporter.stats.get("skipped", [])
+def pytest_unconfigure(config):
+    """Say on the very last line which tests were skipped, and why."""
+    reporter = config.pluginmanager.get_plugin("terminalreporter")
+    skipped = reporter.stats.get("skipped", []) if reporter else []
     reasons = Counter(str(report.longrepr[2]).removeprefix("Skipped: ") for report in skipped)
-    for reason, count in reasons.most_common():
-        terminalreporter.write_line(f"Skipped {count}: {reason}")
+    if reasons:
+        told = "; ".join(f"{count}: {reason}" for reason, count in reasons.most_common())
+        reporter.write_line(f"\nSkipped {told}.")

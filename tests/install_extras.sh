@@ -1,7 +1,7 @@
 #!/bin/sh
 # Installs the Debian programs that some tests need, where this is root and apt works; never fails.
 # Tests of what could not be installed skip and say so.
-PACKAGES="chromium chromium-driver gromacs pymol slurm-wlm munge slurmdbd mariadb-server apbs pdb2pqr"
+PACKAGES="chromium gromacs pymol slurm-wlm munge slurmdbd mariadb-server apbs pdb2pqr"
 
 [ "$(id -u)" = 0 ] && command -v apt-get > /dev/null || exit 0
 export DEBIAN_FRONTEND=noninteractive

@@ -3,14 +3,12 @@
 import json
 import re
 import urllib.parse
-from pathlib import Path
 
 import pytest
 import yaml
 
 import reference
 import sparsurf
-from browser import Browser, programs
 from conftest import ROOT
 from parsed_pages import Page
 
@@ -75,17 +73,11 @@ def test_the_book_loads_nothing_from_the_network():
 
 
 @built
-@pytest.mark.skipif(None in programs(), reason="chromium and chromedriver are not installed")
-def test_a_browser_shows_the_book(tmp_path):
-    window = Browser(tmp_path)
-    try:
-        for page in PAGES:
-            window.open(Path(BOOK, f"{page}.html").as_uri())
-            drawn = "return [...document.images].every((image) => image.complete && image.naturalWidth > 0)"
-            assert window.run(drawn) and window.run("return document.images.length") > 0
-            assert window.run("return document.body.scrollWidth <= innerWidth")
-            assert window.complaints() == []
-        window.open((BOOK / "method.html").as_uri())
-        assert window.run("return document.querySelector('math').getBoundingClientRect().height") > 10
-    finally:
-        window.close()
+def test_a_browser_shows_the_book(browser):
+    for page in PAGES:
+        browser.open(BOOK / f"{page}.html")
+        drawn = "return [...document.images].every((image) => image.complete && image.naturalWidth > 0)"
+        assert browser.run(drawn) and browser.run("return document.images.length") > 0
+        assert browser.run("return document.body.scrollWidth <= innerWidth")
+    browser.open(BOOK / "method.html")
+    assert browser.run("return document.querySelector('math').getBoundingClientRect().height") > 10

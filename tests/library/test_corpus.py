@@ -2074,7 +2074,7 @@ def test_every_file_that_fuzzing_found_is_read_or_refused(tmp_path, kind):
 
 
 @given(st.binary(max_size=300), st.sampled_from(["pdb", "cif", "pdb.gz", "ent", "gro", "psf", "h5"]))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_any_bytes_are_refused(tmp_path_factory, content, extension):
     path = tmp_path_factory.mktemp("fuzz") / f"a.{extension}"
     path.write_bytes(content)

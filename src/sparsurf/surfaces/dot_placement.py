@@ -58,7 +58,9 @@ log = logging.getLogger("sparsurf")
 
 MAX_SPHERE_COORDINATE = 1e6  # Å
 MAX_ATOM_RADIUS = 100  # Å
-_warned: set[tuple[int, int]] = set()  # warnings are given once for all surfaces of the same atoms
+_warned: set[tuple[int, int, bytes]] = (
+    set()
+)  # warnings are given once for all frames and surfaces of the same atoms
 # Dots per Å^2 of the lattice of DMS at `-d 1.0`; the surface of a protein gets 3 % fewer.
 LATTICE = 5.5
 # Distance of the rings of a sphere per distance of the dots; 0.899 to 0.914 reproduce the rings of all known radii.
@@ -222,13 +224,13 @@ def _distinct(xyz: np.ndarray, radii: np.ndarray) -> np.ndarray:
     first = np.append(True, np.diff(position[by_position]) != 0)
     duplicates = np.sort(by_position[~first])
     if len(duplicates):
-        warning = len(duplicates), int(duplicates[0]) + 1
-        if warning not in _warned:
-            _warned.add(warning)
+        number, warned = int(duplicates[0]) + 1, (len(duplicates), int(duplicates[0]), radii.tobytes())
+        if warned not in _warned:
+            _warned.add(warned)
             message = (
                 "surface: atoms at the position of another atom are left out (%d), the first is number %d"
             )
-            log.warning(message, *warning)
+            log.warning(message, len(duplicates), number)
     return np.sort(by_position[first])
 
 

@@ -16,7 +16,6 @@ import pytest
 from scipy.spatial import cKDTree
 
 import sparsurf
-from browser import Browser, programs
 from conftest import ROOT, ball
 from parsed_pages import Page, origin_of
 from peptides import atom_line, peptide, two_models, write
@@ -29,7 +28,6 @@ from sparsurf.views.overview import profile
 
 TDP43 = ROOT / "data" / "tdp43" / "topology.pdb"
 PNG = b"\x89PNG\r\n\x1a\n"
-READY = "document.body.dataset.ready"
 
 
 @pytest.fixture(autouse=True)
@@ -599,30 +597,18 @@ def test_the_roughness_of_the_page_follows_the_options(tmp_path, monkeypatch):
     assert f"a mean roughness of {mean:.2f}" in page.text and "within 6 Å of a dot" in page.text
 
 
-@pytest.mark.slow
-@pytest.mark.skipif(None in programs(), reason="chromium and chromedriver are not installed")
-def test_a_browser_draws_the_page_on_a_telephone_and_on_paper(molecule, tmp_path):
-    path = tmp_path / "page.html"
-    path.write_text(molecule[2], encoding="utf-8")
-    browser = Browser(tmp_path)
-    try:
-        browser.screen(400, 800)
-        browser.open(path.as_uri())
-        browser.wait_for(READY)
-        assert (
-            browser.run("return document.documentElement.scrollWidth") == 400
-        )  # nothing is cut off at the side
-        browser.run("dispatchEvent(new Event('beforeprint'))")
-        browser.wait_for("document.getElementById('printed').naturalWidth > 100")
-        drawn = browser.run(
-            "const c = document.createElement('canvas'), i = document.getElementById('printed'); [c.width, c.height] = "
-            "[i.naturalWidth, i.naturalHeight]; const p = c.getContext('2d'); p.drawImage(i, 0, 0); "
-            "return p.getImageData(0, 0, c.width, c.height).data.filter((v, k) => k % 4 == 0 && v < 250).length"
-        )
-        assert drawn > 10_000  # the surface, and not an empty canvas
-        assert not browser.complaints()
-    finally:
-        browser.close()
+def test_a_browser_draws_the_page_on_a_telephone_and_on_paper(molecule, browser):
+    browser.screen(400, 800)
+    browser.view(molecule[2])
+    assert browser.run("return document.documentElement.scrollWidth") == 400  # nothing is cut off at the side
+    browser.run("dispatchEvent(new Event('beforeprint'))")
+    browser.wait_for("document.getElementById('printed').naturalWidth > 100")
+    drawn = browser.run(
+        "const c = document.createElement('canvas'), i = document.getElementById('printed'); [c.width, c.height] = "
+        "[i.naturalWidth, i.naturalHeight]; const p = c.getContext('2d'); p.drawImage(i, 0, 0); "
+        "return p.getImageData(0, 0, c.width, c.height).data.filter((v, k) => k % 4 == 0 && v < 250).length"
+    )
+    assert drawn > 10_000  # the surface, and not an empty canvas
 
 
 def sentence(html):

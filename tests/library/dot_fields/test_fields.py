@@ -135,7 +135,7 @@ def test_fields_come_in_the_order_of_their_names_and_what_has_no_place_is_refuse
 
 
 @given(st.integers(0, 10**6), st.integers(1, 40), st.floats(0.5, 4))
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 def test_smoothing_is_the_gaussian_mean_of_the_known_atoms(seed, n, width):
     rng = np.random.default_rng(seed)
     xyz, points = rng.uniform(-9, 9, (n, 3)), rng.uniform(-20, 20, (30, 3))

@@ -91,7 +91,7 @@ def test_components_of_a_known_motion():
 
 
 @given(arrays(float, (12, 3, 3), elements=st.integers(-50, 50).map(float)))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_components_agree_with_the_covariance_matrix(xyz):
     projection, explained = principal_components(xyz)
     deviation = (xyz - xyz.mean(axis=0)).reshape(12, -1)
@@ -136,7 +136,7 @@ def naive_silhouette(points, label):
 
 
 @given(st.integers(0, 10_000), st.integers(2, 5), st.integers(6, 40))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_silhouettes_agree_with_the_definition(seed, n_clusters, n_points):
     rng = np.random.default_rng(seed)
     points = rng.integers(0, 6, size=(n_points, 2)).astype(float)  # with coinciding points

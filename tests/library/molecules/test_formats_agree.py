@@ -85,7 +85,7 @@ def write_all(folder, molecule):
 
 
 @given(first=st.integers(-20, 9980), chain=st.sampled_from("ABx7"), code=st.booleans())
-@settings(max_examples=2, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=2, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @pytest.mark.filterwarnings("ignore")
 def test_every_format_has_the_same_molecule(example, tmp_path_factory, first, chain, code):
     numbers = [str(first + k) for k in range(example.n_residues)]
@@ -427,7 +427,7 @@ TYPES = {  # of SYBYL, and of force fields
 
 
 @given(data=st.data(), elements=st.lists(st.sampled_from(PALETTE), min_size=2, max_size=14))
-@settings(max_examples=12, deadline=None, phases=[Phase.generate], derandomize=True)
+@settings(max_examples=12, phases=[Phase.generate], derandomize=True)
 def test_every_file_with_radii_has_the_same_spheres(tmp_path_factory, data, elements):
     """A chain of atoms through spheres, PQR, MOL2 and SDF: the same positions, radii, names and area."""
     folder, n = tmp_path_factory.mktemp("a"), len(elements)

@@ -92,7 +92,7 @@ def test_names_and_coordinates_agree_with_mdtraj(shared):
      "DA", "A"]), st.sampled_from(["", "A", "b", "7"]), st.integers(-999, 2_000_000), st.sampled_from(["", "A", "Z"]),
      st.tuples(*[st.integers(-999_999, 9_999_999)] * 3)), min_size=1, max_size=20)
 )  # fmt: skip
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=80)
 def test_pdb_written_is_pdb_read(tmp_path_factory, rows):
     """Round trip of every name, number (hybrid-36 beyond 9999) and coordinate that the columns hold."""
     names, residue_labels, chains, numbers, codes, places = zip(*rows, strict=True)

@@ -192,7 +192,7 @@ def test_threads_company_and_the_order_of_the_dots_change_nothing(blob, index):
     assert (np.abs(z[0] - z[1]).max(axis=1) < 1e-9).sum() >= 39
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.integers(2, 120), st.integers(0, 10**6), st.booleans())
 def test_random_patches_equal_the_plain_method(n, seed, up):
     rng = np.random.default_rng(seed)
@@ -202,7 +202,7 @@ def test_random_patches_equal_the_plain_method(n, seed, up):
     assert np.abs(z[0] - naive.descriptor(points, normals, up)).max() < 1e-9
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(st.integers(0, 10**9), st.floats(0.003, 0.9))
 def test_gap_filling_equals_the_plain_sweeps(seed, share):
     rng = np.random.default_rng(seed)

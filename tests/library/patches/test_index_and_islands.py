@@ -64,7 +64,7 @@ def test_ties_between_islands():
     assert patch(index, 0, 20.0).tolist() == [1, 2]
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(st.integers(1, 60), st.integers(0, 10**6), st.floats(0.05, 3.0), st.floats(0.1, 8.0))
 def test_random_dots_equal_brute_force(n, seed, d_link, radius):
     points = np.random.default_rng(seed).normal(scale=1.5, size=(n, 3))
@@ -73,7 +73,7 @@ def test_random_dots_equal_brute_force(n, seed, d_link, radius):
         assert np.array_equal(patch(index, i, radius), naive.patch(points, i, radius, d_link))
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.integers(1, 40), st.integers(0, 10**6), st.floats(0.05, 1.5), st.integers(1, 64))
 def test_small_islands_are_left_out_and_never_the_largest(n, seed, d_link, n_subsets):
     rng = np.random.default_rng(seed)

@@ -66,7 +66,7 @@ def test_closed_form_equals_the_plain_product():
     assert above_one > 0
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.floats(0.01, 1.0), st.floats(0, 3), st.floats(0, 12), st.floats(0, 12), st.integers(0, 2**32))
 def test_draws_scatter_about_the_closed_form(prepared, alpha, beta, gamma, delta, seed):
     # n_S is a sum of independent 0/1 variables, so its variance is at most its mean: 40 draws put the mean

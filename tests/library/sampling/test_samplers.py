@@ -42,7 +42,7 @@ def surface(blob):
     )
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(st.sampled_from(EXACT), st.integers(1, 3000), st.integers(0, 2**32))
 def test_exactly_n_different_dots(surface, name, n, seed):
     dots = get_sampler(name)(surface, n, np.random.default_rng(seed))
@@ -56,7 +56,7 @@ def test_the_same_stream_gives_the_same_dots(surface, name):
     assert np.array_equal(one, two)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.sampled_from(NESTED), st.integers(1, 3000), st.integers(1, 3000), st.integers(0, 2**32))
 def test_shorter_subsets_begin_the_longer_ones(surface, name, n, m, seed):
     one, two = (get_sampler(name)(surface, k, np.random.default_rng(seed)) for k in (n, m))

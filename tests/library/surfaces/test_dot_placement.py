@@ -400,7 +400,7 @@ spheres = st.lists(
 )
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(spheres)
 def test_any_few_spheres(atoms):
     table = np.round(np.array(atoms), 2)

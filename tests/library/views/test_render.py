@@ -105,7 +105,7 @@ def slow_twin(points, normals, colours, camera, radius, slack):
     return depth, sums
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(st.integers(0, 10**6), st.integers(1, 15), st.floats(0.2, 3.0))
 def test_kernels_equal_a_slow_twin(seed, n, radius):
     rng = np.random.default_rng(seed)

@@ -13,7 +13,6 @@ from scipy.spatial import cKDTree
 import export_structure as export
 import small_study
 import sparsurf
-from browser import Browser, programs
 from peptides import peptide, write
 from sparsurf.errors import InputError
 from sparsurf.settings import Settings
@@ -469,12 +468,9 @@ def test_the_page_says_the_share_of_all_dots_and_the_residues_left_out(tmp_path)
     assert "sufficient" not in text
 
 
-@pytest.mark.slow
-@pytest.mark.skipif(None in programs(), reason="chromium and chromedriver are not installed")
-def test_the_table_is_sorted_by_its_numbers_and_searched(tmp_path):
+def test_the_table_is_sorted_by_its_numbers_and_searched(tmp_path, browser):
     known = {"atoms": [999, 12000, 1500], "minimal_n_S": 5, "masked_residues": None, "residues": 9}
     page_of(tmp_path, made_up(3).assign(**known, **COLUMNS))
-    page, browser = tmp_path / "index.html", Browser(tmp_path)
 
     def shown():
         return browser.run(
@@ -486,20 +482,17 @@ def test_the_table_is_sorted_by_its_numbers_and_searched(tmp_path):
         browser.run("document.querySelectorAll('table.sortable th button')[arguments[0]].click()", column)
         return shown()
 
-    try:
-        browser.open(page.as_uri())
-        assert shown() == ["s000", "s001", "s002"]
-        assert click(1) == ["s001", "s002", "s000"]
-        assert click(1) == ["s000", "s002", "s001"]  # and the other way round
-        assert click(3) == ["s001", "s002", "s000"]  # 12,000 and 1,500 and 999
-        assert click(0) == ["s000", "s001", "s002"]
-        assert click(8) == ["s001", "s000", "s002"]
-        browser.run(
-            "const s = document.querySelector('input[type=search]'); s.value = 'ATOMS'; s.dispatchEvent(new Event('input'))"
-        )
-        assert shown() == ["s000", "s002"]
-    finally:
-        browser.close()
+    browser.open(tmp_path / "index.html")
+    assert shown() == ["s000", "s001", "s002"]
+    assert click(1) == ["s001", "s002", "s000"]
+    assert click(1) == ["s000", "s002", "s001"]  # and the other way round
+    assert click(3) == ["s001", "s002", "s000"]  # 12,000 and 1,500 and 999
+    assert click(0) == ["s000", "s001", "s002"]
+    assert click(8) == ["s001", "s000", "s002"]
+    browser.run(
+        "const s = document.querySelector('input[type=search]'); s.value = 'ATOMS'; s.dispatchEvent(new Event('input'))"
+    )
+    assert shown() == ["s000", "s002"]
 
 
 def test_reasons_that_differ_in_names_and_numbers_are_one():

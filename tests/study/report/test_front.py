@@ -13,7 +13,6 @@ import pytest
 from matplotlib.text import Text
 from PIL import Image
 
-from browser import Browser, programs
 from parsed_pages import Page
 from sparsurf.sampling.combination import PARAMETERS
 from sparsurf.version import __version__
@@ -823,35 +822,25 @@ def test_many_proteins_are_counted_in_the_heading(tmp_path):
     assert "the surfaces of 7 proteins, and" in page_of(tmp_path).find("h1")[0].text
 
 
-@pytest.mark.slow
-@pytest.mark.skipif(None in programs(), reason="chromium and chromedriver are not installed")
-def test_a_table_of_surfaces_is_sorted_by_its_numbers_and_searched(tmp_path):
+def test_a_table_of_surfaces_is_sorted_by_its_numbers_and_searched(tmp_path, browser):
     places = [f"{name}/c1" for name in ("b", "7", "a", "e", "c")]
     errors = (0.02, 0.5, 0.03, 0.04, 0.01)
     write_front(tmp_path / "index.html", write_run(tmp_path, places, errors), {})
-    browser = Browser(tmp_path)
-    try:
-        browser.open((tmp_path / "index.html").as_uri())
-        shown = "return [...document.querySelector('.sortable').tBodies[0].rows].filter(row => !row.hidden)"
-        shown += ".map(row => row.cells[1].textContent).join('')"
-        head = (
-            "[...document.querySelectorAll('.sortable th button')].find(b => b.textContent === '{}').click();"
-        )
-        for heading, clicks, order in (
-            ("area (Å²)", 1, "cea7b"),  # 1,000 Å^2 and then 800
-            ("area (Å²)", 1, "b7aec"),
-            ("surface", 1, "7abce"),
-            ("mean error (Å)", 1, "7eabc"),
-            ("surface", 2, "ecba7"),
-        ):
-            assert browser.run(clicks * head.format(heading) + shown) == order
-        find = "const e = document.querySelector('[type=search]'); e.value = '{}'; e.dispatchEvent(new Event('input'));"
-        assert (
-            browser.run(find.format("0.500") + shown) == "7"
-            and browser.run(find.format("") + shown) == "ecba7"
-        )
-    finally:
-        browser.close()
+    browser.open(tmp_path / "index.html")
+    shown = "return [...document.querySelector('.sortable').tBodies[0].rows].filter(row => !row.hidden)"
+    shown += ".map(row => row.cells[1].textContent).join('')"
+    head = "[...document.querySelectorAll('.sortable th button')].find(b => b.textContent === '{}').click();"
+    for heading, clicks, order in (
+        ("area (Å²)", 1, "cea7b"),  # 1,000 Å^2 and then 800
+        ("area (Å²)", 1, "b7aec"),
+        ("surface", 1, "7abce"),
+        ("mean error (Å)", 1, "7eabc"),
+        ("surface", 2, "ecba7"),
+    ):
+        assert browser.run(clicks * head.format(heading) + shown) == order
+    find = "const e = document.querySelector('[type=search]'); e.value = '{}'; e.dispatchEvent(new Event('input'));"
+    assert browser.run(find.format("0.500") + shown) == "7"
+    assert browser.run(find.format("") + shown) == "ecba7"
 
 
 def test_warnings_are_counted_and_alike_ones_stand_together(tmp_path):

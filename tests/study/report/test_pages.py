@@ -11,7 +11,6 @@ import pytest
 from PIL import Image
 
 from accessibility import inaccessible
-from browser import Browser, programs
 from parsed_pages import Page
 from sparsurf.cli.minimal import share_kept
 from sparsurf.views.numbers import decimals, interval, number, share, signed
@@ -107,52 +106,33 @@ def test_no_page_shows_a_value_of_the_program(shown):
         assert not re.search(r"\b(nan|None|inf|NaN)\b|\{\{|\bTrue\b|<[a-z]", page.text), path
 
 
-@pytest.mark.slow
-@pytest.mark.skipif(None in programs(), reason="chromium and chromedriver are not installed")
-def test_a_page_that_was_sent_alone_enlarges_its_figures(run, tmp_path):
+def test_a_page_that_was_sent_alone_enlarges_its_figures(run, tmp_path, browser):
     (sent := tmp_path / "sent.html").write_bytes((run / "index.html").read_bytes())
-    browser = Browser(tmp_path)
-    try:
-        browser.open(sent.as_uri())
-        widths = browser.run("return [...document.querySelectorAll('.zoom img')].map(i => i.naturalWidth)")
-        assert widths and min(widths) > 100
-        browser.run("document.querySelector('.zoom').click()")
-        assert browser.run("return document.querySelector('dialog').open")
-        assert browser.run("return document.querySelector('dialog img').naturalWidth") == widths[0]
-        browser.click("dialog")
-        assert not browser.run("return document.querySelector('dialog').open")
-        browser.screen(400, 800)
-        assert (
-            browser.run("return document.documentElement.scrollWidth") <= 400 and browser.complaints() == []
-        )
-    finally:
-        browser.close()
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory):
-    """A browser of 1280 by 800 pixels."""
-    if None in programs():
-        pytest.skip("chromium and chromedriver are not installed")
-    browser = Browser(tmp_path_factory.mktemp("browser"), 1280, 800)
-    yield browser
-    browser.close()
+    browser.open(sent)
+    widths = browser.run("return [...document.querySelectorAll('.zoom img')].map(i => i.naturalWidth)")
+    assert widths and min(widths) > 100
+    browser.run("document.querySelector('.zoom').click()")
+    assert browser.run("return document.querySelector('dialog').open")
+    assert browser.run("return document.querySelector('dialog img').naturalWidth") == widths[0]
+    browser.click("dialog")
+    assert not browser.run("return document.querySelector('dialog').open")
+    browser.screen(400, 800)
+    assert browser.run("return document.documentElement.scrollWidth") <= 400
 
 
 def test_one_choice_shows_a_surface_in_every_section(run, browser):
-    browser.open((run / "index.html").as_uri())
+    browser.open(run / "index.html")
     shown = "return [...document.querySelectorAll('div.place')].filter(e => e.checkVisibility()).map(e => e.className)"
     assert {*browser.run(shown)} == {"place place-0"}
-    browser.press("input[name=place]", "\ue014")  # the arrow key, to the second
+    browser.press("input[name=place]", "ArrowRight")  # the arrow key, to the second
     found = browser.run(shown)
     assert {*found} == {"place place-1"} and len(found) >= 4  # pictures, ranges, maps and residues
-    browser.ask("POST", "/goog/cdp/execute", cmd="Emulation.setEmulatedMedia", params={"media": "print"})
+    browser.media(media="print")
     assert {"place place-0", "place place-1"} <= {*browser.run(shown)}
-    browser.ask("POST", "/goog/cdp/execute", cmd="Emulation.setEmulatedMedia", params={"media": ""})
 
 
 def test_the_answers_are_on_the_first_screen(run, browser):
-    browser.open((run / "index.html").as_uri())
+    browser.open(run / "index.html")
     ends = browser.run(
         "return [...document.querySelectorAll('.card')].map(e => e.getBoundingClientRect().bottom)"
     )
@@ -162,12 +142,11 @@ def test_the_answers_are_on_the_first_screen(run, browser):
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_pages_are_accessible(run, shown, browser, scheme):
     """Names, text alternatives and contrast (WCAG 2, AA); with axe-core as well where npm has it."""
-    features = [{"name": "prefers-color-scheme", "value": scheme}]
-    browser.ask("POST", "/goog/cdp/execute", cmd="Emulation.setEmulatedMedia", params={"features": features})
+    browser.media(scheme)
     pages_of_run = [path for path in shown if path.name in ("index.html", "verdict.html")]
     assert len(pages_of_run) == 2
     for path in pages_of_run:
-        browser.open(path.as_uri())
+        browser.open(path)
         assert inaccessible(browser) == [], path
 
 

@@ -12,7 +12,6 @@ import pytest
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
-from browser import Browser, programs
 from parsed_pages import Page
 from small_study import run_script, unpacked
 from sparsurf.api.pages import page_of_dots, page_of_values
@@ -39,7 +38,6 @@ COMBINATIONS = [(1, 0, 6, 0), (0.2, 0.4, 2, 1), (0.6, 1, 0, 0), (1, 0.5, 10, 10)
 MINIMAL = [5, 70, 2999]
 KINDS = [0, 2, -1]  # of every three dots; -1 is unknown
 RESIDUES = ["LEU 212 A", "HIS 256 A"]
-READY = "document.body.dataset.ready"
 
 
 @pytest.fixture(scope="module")
@@ -280,16 +278,6 @@ def test_a_page_of_some_dots_has_the_patches_of_these_dots(prepared, order):
 
 
 @pytest.fixture(scope="module")
-def browser(tmp_path_factory):
-    """A browser for the tests of this file."""
-    if None in programs():
-        pytest.skip("no chromium and chromedriver on the PATH (Debian: chromium, chromium-driver)")
-    made = Browser(tmp_path_factory.mktemp("browser"))
-    yield made
-    made.close()
-
-
-@pytest.fixture(scope="module")
 def path(prepared, order, grid, tmp_path_factory):
     """The page as a file, with a colour of which some values are unknown."""
     depth = np.where(np.arange(len(prepared.points)) % 7 == 0, np.nan, prepared.points[:, 2])
@@ -303,15 +291,11 @@ def path(prepared, order, grid, tmp_path_factory):
 
 @pytest.fixture
 def opened(browser, path):
-    """The page, freshly loaded; whatever the console says is an error."""
-    browser.open(path.as_uri())
-    browser.wait_for(READY)
+    """The page, freshly loaded, in a smaller window; it loads nothing else."""
+    browser.screen(1000, 700, telephone=False)
+    browser.view(path)
     yield browser
-    assert browser.complaints() == []
-    assert (
-        browser.run("return performance.getEntriesByType('resource').map(({ name }) => name.slice(0, 5))")
-        == []
-    )
+    assert browser.run("return performance.getEntriesByType('resource').map(({ name }) => name)") == []
 
 
 def choose(browser, **controls):
@@ -331,9 +315,7 @@ def text_of(browser, name):
 def picture(browser):
     """The drawn part of the window, (rows, columns, 3)."""
     browser.run("viewer.render()")
-    path = browser.folder / "window.png"
-    path.write_bytes(browser.screenshot())
-    return matplotlib.image.imread(path)[100:, :600, :3]
+    return matplotlib.image.imread(io.BytesIO(browser.screenshot()))[100:, :600, :3]
 
 
 def coloured(image):
@@ -482,7 +464,7 @@ def test_keys_the_wheel_and_the_mouse_turn_the_picture(opened):
     state = "return viewer.getView()"
     home = opened.run(state)
     for act in (
-        *(lambda key=key: opened.press("#stage", key) for key in ("\ue012", "\ue013", "+", "-")),
+        *(lambda key=key: opened.press("#stage", key) for key in ("ArrowLeft", "ArrowUp", "+", "-")),
         lambda: opened.wheel("#stage", -100),
         lambda: opened.point("#stage", (0, 0), (60, 20)),
     ):
@@ -508,23 +490,17 @@ def test_the_picture_shows_what_is_chosen_and_can_be_saved(opened):
     opened.click("#save")
     opened.wait_for("window.saved")
     name, data = opened.run("return saved")
-    path = opened.folder / "saved.png"
-    path.write_bytes(base64.b64decode(data.removeprefix("data:image/png;base64,")))
-    image = matplotlib.image.imread(path)[..., :3]
+    image = matplotlib.image.imread(io.BytesIO(base64.b64decode(data.split(",")[1])))[..., :3]
     assert name == "blob_c1.png" and coloured(image) > 1000 and (image[-40:] < 0.5).any()  # the line below it
 
 
 def test_the_picture_has_the_colour_of_the_page_and_is_saved_on_white(opened):
     choose(opened, sampler="farthest", percent=5)
-    try:
-        for scheme, paper in (("dark", (13, 17, 23)), ("light", (255, 255, 255))):
-            media = {"features": [{"name": "prefers-color-scheme", "value": scheme}]}
-            opened.ask("POST", "/goog/cdp/execute", cmd="Emulation.setEmulatedMedia", params=media)
-            assert (np.abs(255 * picture(opened)[5, 5] - paper) < 2).all()
-            corner = "return picture().then((out) => [...out.getContext('2d').getImageData(2, 2, 1, 1).data])"
-            assert opened.run(corner) == [255] * 4
-    finally:
-        opened.ask("POST", "/goog/cdp/execute", cmd="Emulation.setEmulatedMedia", params={"features": []})
+    for scheme, paper in (("dark", (13, 17, 23)), ("light", (255, 255, 255))):
+        opened.media(scheme)
+        assert (np.abs(255 * picture(opened)[5, 5] - paper) < 2).all()
+        corner = "return picture().then((out) => [...out.getContext('2d').getImageData(2, 2, 1, 1).data])"
+        assert opened.run(corner) == [255] * 4
 
 
 def test_the_surface_below_the_dots_is_closed_and_lies_on_them(prepared, order):
@@ -544,26 +520,23 @@ def test_the_surface_below_the_dots_is_closed_and_lies_on_them(prepared, order):
 
 def test_a_small_screen_needs_no_sideways_scrolling(opened):
     opened.screen(400, 800)
-    try:
-        choose(opened, sampler="paper")
-        assert opened.run("return [document.documentElement.scrollWidth, window.innerWidth]") == [400, 400]
-        assert opened.run("return element('stage').clientHeight") > 200
-        assert opened.run("return element('stage').clientWidth") > 360  # the controls stand below
-        ends = "return ['alpha', 'delta', 'sampler', 'save'].map((id) => element(id).getBoundingClientRect().right)"
-        assert max(opened.run(ends)) <= 400
-    finally:
-        opened.screen(None, None)
+    choose(opened, sampler="paper")
+    assert opened.run("return [document.documentElement.scrollWidth, window.innerWidth]") == [400, 400]
+    assert opened.run("return element('stage').clientHeight") > 200
+    assert opened.run("return element('stage').clientWidth") > 360  # the controls stand below
+    ends = (
+        "return ['alpha', 'delta', 'sampler', 'save'].map((id) => element(id).getBoundingClientRect().right)"
+    )
+    assert max(opened.run(ends)) <= 400
 
 
-def test_a_page_of_some_dots_and_no_study(browser, prepared, order, tmp_path):
+def test_a_page_of_some_dots_and_no_study(browser, prepared, order):
     """Numbers are those of the whole surface: of a dot, and of the share of the subset."""
     x = 20 * prepared.points[:, 0]
     values = [DotValues("propensity", "propensity", "", x, "likely", "unlikely")]
     values += [DotValues("height", "z", " Å", np.full(3000, np.nan), "low", "high")]
     text = page_of(prepared, order[:1500], values=values, minimal=order[:90], opens="all", colour=1)
-    (tmp_path / "view.html").write_text(text)
-    browser.open((tmp_path / "view.html").as_uri())
-    browser.wait_for(READY)
+    browser.view(text)
     ends = f"propensity{x.min():.0f} likely{x.max():.0f} unlikely".replace(
         "-", "−"
     )  # without needless decimals
@@ -583,26 +556,20 @@ def test_a_page_of_some_dots_and_no_study(browser, prepared, order, tmp_path):
     choose(browser, sampler="farthest", percent=10)
     assert text_of(browser, "shown").startswith("150 of 1,500 dots (10.0 %).")
     text = page_of(prepared, order[:1500], minimal=order[1440:1560])
-    (tmp_path / "view.html").write_text(text)
-    browser.open((tmp_path / "view.html").as_uri())
-    browser.wait_for(READY)
+    browser.view(text)
     choose(browser, sampler="minimal")  # only some of its dots are on the page
     assert text_of(browser, "shown").startswith("60 of 1,500 dots (4.0 %).")
     choose(browser, sampler="paper")
     assert "dots (" in text_of(browser, "shown") and text_of(browser, "nearest") == ""
-    assert browser.complaints() == []
 
 
-def test_dots_far_from_the_origin_fill_the_picture(prepared, tmp_path, browser):
+def test_dots_far_from_the_origin_fill_the_picture(prepared, browser):
     """No atoms lie there to look at; the picture shows as much of them as where they lie around the origin."""
     filled, surface = [], prepared.surface
     for name, shift in (("near", 0), ("x", [300, 0, 0]), ("y", [0, 300, 0]), ("z", [0, 0, 300])):
         moved = replace(surface, points=surface.points + shift)
-        page = tmp_path / f"{name}.html"
         values = [DotValues("height", "height", " Å", surface.points[:, 2])]
-        page.write_text(page_of_values(name, moved, Settings(), Streams(1, name), values), encoding="utf-8")
-        browser.open(page.as_uri())
-        browser.wait_for("document.body.dataset.ready")
+        browser.view(page_of_values(name, moved, Settings(), Streams(1, name), values))
         url = browser.run("return picture().then((out) => out.toDataURL())")
         pixels = matplotlib.image.imread(io.BytesIO(base64.b64decode(url.split(",")[1])))
         filled.append((np.abs(pixels[..., :3] - pixels[0, 0, :3]).sum(axis=2) > 0.1).mean())

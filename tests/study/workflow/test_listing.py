@@ -132,7 +132,7 @@ def test_half_a_protein_is_left_out_by_name(tmp_path, caplog):
 
 
 @given(st.lists(st.text(min_size=1, max_size=12), min_size=1, max_size=6, unique=True))
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 def test_names_of_files_never_leave_the_results(tmp_path_factory, stems):
     folder = tmp_path_factory.mktemp("files")
     for stem in stems:
