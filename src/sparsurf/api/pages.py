@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import logging
-import math
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,6 +13,7 @@ import numpy as np
 from sparsurf.api.fields import DEFAULT_FIELDS
 from sparsurf.api.origin import rows_of_origin, rows_of_surface, shown_part
 from sparsurf.api.page_metadata import About, heard, refuse_missing_matplotlib
+from sparsurf.api.shown_surface import ShownSurface, shown_surface
 from sparsurf.api.surroundings import (
     MAX_NAMED,
     contacts_on_page,
@@ -21,7 +21,6 @@ from sparsurf.api.surroundings import (
     relative_areas,
     with_surroundings,
 )
-from sparsurf.api.whole_surface import WholeSurface, patches_or_none, whole_surface
 from sparsurf.arguments import ColourLimits
 from sparsurf.dot_fields.named_fields import compute_fields, label_and_unit
 from sparsurf.errors import InputError
@@ -31,15 +30,13 @@ from sparsurf.files import pluralise
 from sparsurf.messages import no_warnings
 from sparsurf.molecules.formats import title
 from sparsurf.molecules.source import open_source
-from sparsurf.patches.index import build_grid, nearest_of, select_separated
+from sparsurf.patches.index import nearest_of
 from sparsurf.progress import Progress
 from sparsurf.sampling.samplers import farthest
 from sparsurf.settings import PatchesSettings, Settings
 from sparsurf.surfaces.components import (
     COMPONENT_FIELD,
     fields_without_component,
-    on_cavities,
-    stored_components,
 )
 from sparsurf.threads import available_cores
 
@@ -58,10 +55,6 @@ if TYPE_CHECKING:
 
 log = logging.getLogger("sparsurf")
 
-# The picture of a surface with more dots shows about so many, evenly spread: enough for the eye, in a page that stays small
-MAX_DOTS_OF_PICTURE, FEWER_DOTS = 200_000, 50_000
-# Of dots chosen one after another, each at a distance from those before: dots on an area of the squared distance
-DOTS_PER_SQUARED_DISTANCE = 0.7
 # Of the grid of triangles between them: 4.3 corners for each dot. The triangles of a wider grid look angular
 STEP_PER_DISTANCE = 1.25
 MIN_DOTS_OF_MESH = 100
@@ -81,15 +74,11 @@ def page_of_surface(
     """Return the page of a surface: its picture, its residues if the dots know their molecule, and what was left out.
 
     It opens in the colours of `values` (N,) of the dots, or of `colour`: 'roughness', 'kind' or a field. `limits` are theirs.
-    `regions` are the area, Å^2, and the residues of each region of the field.
-    Of dots whose atoms are known, the roughness is
-    that of the whole surface. Of other dots whose patches would be fragmented, the surface that is reconstructed from them is
-    shown; it has no roughness where they are too few.
+    `regions` are the area, Å^2, and the residues of each region of the field. `shown_surface` says which surface is drawn.
     """
     if len(surface) < 2:
         raise InputError("a page needs a surface, and there is a single dot; give all dots of a surface.")
     from sparsurf.views.overview.page import Facts, Notes, in_list, numbers_of_residues, overview
-    from sparsurf.views.page.dots import ShownDots
     from sparsurf.views.page.scene import (
         MAX_BYTES,
         MAX_BYTES_IN_REPORT,
@@ -101,90 +90,53 @@ def page_of_surface(
     )
     from sparsurf.views.page.shapes import DrawnAtoms, Shape
 
-    given, patches = surface, about.patches or PatchesSettings()
     steps = Progress("steps of the page", STEPS_OF_PAGE)
-    with heard("show") as of_patches:
-        whole = _surface_of_patches(surface, about, patches)
-    if whole is not None and surface.origin is None and whole.surface is not surface:
-        surface, about = (
-            whole.surface,
-            replace(about, kept=about.kept if len(about.kept) else whole.nearest, roughness=None),
-        )
-        values = None if values is None else np.append(values, np.full(len(surface) - len(given), np.nan))
-    distance = _distance_of_dots(surface, whole, about)
-    if whole is not None and distance:
-        whole = replace(whole, nearest=_fewer_dots(surface, distance))
-        surface = surface.take(whole.nearest)
-        values = None if values is None else values[whole.nearest]
-    roughness_of_all, dot_roughness = None, about.roughness
-    if whole is None:
-        dot_roughness = np.full(len(surface), np.nan)
-    elif surface is not whole.surface:  # the patches of a part would end at its border
-        roughness_of_all = whole.roughness(patches)
-        dot_roughness = roughness_of_all[whole.nearest]
-    prepared = PreparedSurface(surface, Settings(patches=patches), dot_roughness, threads=available_cores())
+    patches = about.patches or PatchesSettings()
+    shown = shown_surface(surface, about, patches, values)
+    surface, molecule, values = shown.surface, shown.surface.molecule, shown.values
+    prepared = PreparedSurface(surface, Settings(patches=patches), shown.roughness, threads=available_cores())
     steps.advance()
-    # of dots whose atoms are known, the surface that they are a part of
-    part_of = whole if surface.origin is not None and not about.is_whole else None
-    is_owned = distance > 0 or (part_of is not None and part_of.is_owned_by(surface))
-    kept, is_selection = about.kept, part_of is not None and not is_owned
-    mesh = drawn_mesh(surface, distance)
+    mesh = drawn_mesh(surface, shown.distance)
     steps.advance()
-    molecule = surface.molecule
     with heard("fields") as of_fields:
-        shown, missing = with_default_fields(surface, molecule)
+        with_fields, missing = with_default_fields(surface, molecule)
     steps.advance()
-    if whole is not None and (distance or whole.surface is surface) and whole.components is not None:
-        components, cavity = whole.components[whole.nearest], whole.cavity[whole.nearest]
-    else:
-        components = surface.placed.components(surface) if surface.placed else stored_components(surface)
-        cavity = None if components is None else on_cavities(surface, components)
-    if whole is not None and roughness_of_all is not None:
-        cavity = whole.cavity[whole.nearest]
     table = None
     if molecule is not None:
-        table = residue_table(shown, prepared.roughness, molecule, cavity=cavity)
-        if whole is not None and roughness_of_all is not None:
-            table = whole.with_roughness(table, roughness_of_all, molecule, is_owned, distance > 0)
+        table = residue_table(with_fields, prepared.roughness, molecule, cavity=shown.cavity)
+        table = shown.with_roughness(table)
     named = [] if values is None else [DotValues("values", "value", "", values)]
-    named += values_of_fields(shown, components)
-    has_roughness = bool(np.isfinite(prepared.roughness).any())
-    named = [roughness_values(prepared.roughness)] * has_roughness + named
+    named += values_of_fields(with_fields, shown.components)
+    if np.isfinite(prepared.roughness).any():
+        named.insert(0, roughness_values(prepared.roughness))
     has_kinds = values is None and colour == "kind" and (surface.kind >= 0).any()
     colour = "value" if values is not None else colour
     first = next((k for k, of_dots in enumerate(named) if of_dots.symbol == colour), 0)
     if named and limits:
         named[first] = replace(named[first], limits=limits)
-    atoms = buried = None
+    left_out, read = (about.heard.left_out, about.heard.sentences) if about.heard else (None, [])
+    sentences = [*about.notes, *read, *of_fields.sentences]
     numbers = [] if table is None else [*numbers_of_residues(table)]
-    messages, xyz = about.heard, np.empty((0, 3))
-    sentences = [*about.notes, *(messages.sentences if messages else ()), *of_fields.sentences]
+    atoms, buried, xyz = None, None, np.empty((0, 3))
     if molecule is not None and surface.origin is not None:
-        drawn = with_surroundings(molecule)
-        atoms, xyz = DrawnAtoms(drawn, molecule.n_residues), drawn.xyz[surface.origin.frame]
+        drawn, frame, rules = with_surroundings(molecule), surface.origin.frame, surface.origin.rules
+        atoms = DrawnAtoms(drawn, molecule.n_residues)
+        xyz = atoms.placed(drawn.xyz[frame])
         with heard("contacts") as of_contacts:
-            buried = contacts_on_page(drawn, [xyz], surface.origin.rules)
-        sentences += of_contacts.sentences
-        relative = relative_areas(molecule, surface.origin.frame, surface.origin.rules)
-        numbers += [ResidueValues("relative accessible area", "", relative[None], 2, "buried", "exposed")]
-        sentences += drawn_without_surface(drawn, molecule.n_atoms)
+            buried = contacts_on_page(drawn, [drawn.xyz[frame]], rules)
+        relative = relative_areas(molecule, frame, rules)
+        numbers.append(ResidueValues("relative accessible area", "", relative[None], 2, "buried", "exposed"))
+        sentences += [*of_contacts.sentences, *drawn_without_surface(drawn, molecule.n_atoms)]
         if atoms.is_trace:
             sentences.append("The picture holds one atom of each residue, since the molecule is large.")
-    dots = None
-    if len(kept):
-        name = "the given dots" if len(kept) == len(given) and surface is not given else "the kept dots"
-        dots = ShownDots(prepared, np.asarray(kept), np.asarray(kept), name)
-    elif is_selection or molecule is None:
-        order = prepared.stream("view").permutation(len(surface))
-        dots = ShownDots(prepared, order, opens="all" if is_selection or mesh is None else "none")
     listed, n_ranked = ([], 0) if table is None else in_list(table)
     scene = PageScene(
-        [Shape(mesh, xyz if atoms is None else atoms.placed(xyz))],
+        [Shape(mesh, xyz)],
         atoms,
         surface,
         named,
         numbers=numbers,
-        dots=dots,
+        dots=_drawn_dots(shown, prepared, has_mesh=mesh is not None),
         contacts=buried,
         colour="kind" if has_kinds or not named else f"value {first}",
         order=listed,
@@ -192,29 +144,27 @@ def page_of_surface(
         regions=regions,
         is_prediction=molecule is not None and molecule.is_prediction,
     )
+    is_large, n_given = shown.distance > 0, len(shown.given)
+    of_whole = shown.roughness_of_whole if shown.stands_for_whole else None
     facts = Facts(
-        subset=len(kept),
+        subset=len(shown.kept),
         dots=len(surface),
-        extent=_extent(given, part_of, cavity, about.is_whole),
-        mean=float(
-            roughness_of_all.mean()
-            if is_owned and roughness_of_all is not None
-            else prepared.roughness.mean()
-        ),
-        reconstructed_from=len(given) if surface is not given and not distance else 0,
-        chosen_from=len(given) if distance else 0,
-        why=" ".join(of_patches.sentences),
+        extent=shown.extent,
+        mean=float((prepared.roughness if of_whole is None else of_whole).mean()),
+        reconstructed_from=n_given if shown.is_reconstructed else 0,
+        chosen_from=n_given if is_large else 0,
+        why=shown.why,
         r_patch=prepared.patches.r_patch,
         d_link=prepared.patches.d_link,
         probe=surface.origin.rules.probe_radius if surface.origin else None,
     )
     page = overview(
-        title_of(about, given),
+        title_of(about, shown.given),
         scene,
         facts,
         table,
-        max_bytes=MAX_BYTES_IN_REPORT if about.links else MAX_LARGE_BYTES if distance else MAX_BYTES,
-        notes=Notes(None if messages is None else messages.left_out, sentences),
+        max_bytes=MAX_BYTES_IN_REPORT if about.links else MAX_LARGE_BYTES if is_large else MAX_BYTES,
+        notes=Notes(left_out, sentences),
         missing=[label_and_unit(name)[0] for name in missing],
         counts=_counts(molecule) if molecule else "",
         links=about.links,
@@ -224,27 +174,18 @@ def page_of_surface(
     return page
 
 
-def _distance_of_dots(surface: Surface, whole: WholeSurface | None, about: About) -> float:
-    """Return the distance, Å, at which the picture of a whole surface keeps about `FEWER_DOTS` dots; 0 where it keeps all."""
-    is_whole = whole is not None and whole.surface is surface and not (about.is_whole or len(about.kept))
-    if not is_whole or surface.molecule is None or len(surface) <= MAX_DOTS_OF_PICTURE:
-        return 0.0
-    return math.sqrt(DOTS_PER_SQUARED_DISTANCE * float(surface.area.sum()) / FEWER_DOTS)
+def _drawn_dots(shown: ShownSurface, prepared: PreparedSurface, has_mesh: bool) -> ShownDots | None:
+    """Return the dots that are drawn on the mesh: the kept ones, or those of a selection or without a molecule; else None."""
+    from sparsurf.views.page.dots import ShownDots
 
-
-def _fewer_dots(surface: Surface, distance: float) -> np.ndarray:
-    """Choose dots that lie a distance apart, Å, and the first one of each residue: indices (n,), ascending."""
-    molecule = surface.known_molecule("show")
-    first = np.unique(molecule.residue_index[surface.atom], return_index=True)[1]
-    order = np.concatenate([first, np.delete(np.arange(len(surface)), first)])
-    return np.sort(select_separated(build_grid(surface.points), order, distance, len(order), len(first)))
-
-
-def _surface_of_patches(surface: Surface, about: About, patches: PatchesSettings) -> WholeSurface | None:
-    """Return the surface whose patches tell the roughness of dots; None, with a warning, if there is none."""
-    if about.is_whole:
-        return WholeSurface(surface, np.arange(len(surface)))
-    return patches_or_none("show", surface, patches) if surface.origin is None else whole_surface(surface)
+    if len(shown.kept):
+        are_given = shown.is_reconstructed and len(shown.kept) == len(shown.given)
+        name = "the given dots" if are_given else "the kept dots"
+        return ShownDots(prepared, shown.kept, shown.kept, name)
+    if not shown.is_selection and shown.surface.molecule is not None:
+        return None
+    order = prepared.stream("view").permutation(len(shown.surface))
+    return ShownDots(prepared, order, opens="all" if shown.is_selection or not has_mesh else "none")
 
 
 def drawn_mesh(surface: Surface, distance: float = 0.0) -> Mesh | None:
@@ -278,21 +219,6 @@ def drawn_mesh(surface: Surface, distance: float = 0.0) -> Mesh | None:
         return None
     nearest = nearest_of(surface.points, mesh.vertices.points)
     return replace(mesh, vertices=replace(mesh.vertices, atom=surface.atom[nearest]))
-
-
-def _extent(surface: Surface, whole: WholeSurface | None, cavity: np.ndarray | None, is_whole: bool) -> Any:
-    """Return how much of their surface the dots are."""
-    from sparsurf.views.overview.page import Extent
-
-    area = float(surface.area.sum())  # NaN where areas are not known
-    if whole is None:
-        walls = float(surface.area[cavity].sum()) if cavity is not None else 0.0
-        return Extent(area, walls, is_known=is_whole)
-    is_removed = surface.origin is not None and surface.origin.rules.cavities == "remove"
-    if whole.is_owned_by(surface):  # a coarse mesh has a smaller area than the surface that it stands for
-        area, walls = whole.surface.total_area, whole.surface.area_of_walls(whole.cavity)
-        return Extent(area, walls, is_known=True, cavities_are_removed=is_removed)
-    return Extent(np.nan, selected_of=len(whole.surface))
 
 
 def title_of(about: About, surface: Surface) -> str:

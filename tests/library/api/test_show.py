@@ -19,7 +19,7 @@ import sparsurf
 from conftest import ROOT, ball
 from parsed_pages import Page, origin_of
 from peptides import atom_line, peptide, two_models, write
-from sparsurf.api import pages, show
+from sparsurf.api import show, shown_surface
 from sparsurf.cli import command
 from sparsurf.errors import InputError
 from sparsurf.surfaces.spacing import spacing
@@ -67,8 +67,8 @@ def test_the_picture_of_a_large_surface_has_fewer_dots_and_its_residues_the_same
     molecule, monkeypatch
 ):
     dots, _, html = molecule
-    monkeypatch.setattr(pages, "MAX_DOTS_OF_PICTURE", 10_000)
-    monkeypatch.setattr(pages, "FEWER_DOTS", 4_000)
+    monkeypatch.setattr(shown_surface, "MAX_DOTS_OF_PICTURE", 10_000)
+    monkeypatch.setattr(shown_surface, "FEWER_DOTS", 4_000)
     large, whole = Page(sparsurf.show(TDP43, open_browser=False).html), Page(html)
     shown = int(re.search(rf"those of ([\d,]+) of {len(dots):,} dots", large.text)[1].replace(",", ""))
     assert 3_000 < shown < 5_000
