@@ -97,6 +97,15 @@ R_PATCH = 4.0  # Å, of roughness and sampling; authors' scripts
 R_ZERNIKE = 6.0  # Å, of the descriptors; paper, Materials and Methods
 D_LINK = 0.5  # Å, below which dots are linked; authors' scripts
 STRIDE = Limits(0, whole=True)
+
+
+def frames_between(start: Any, stop: Any, stride: Any) -> slice:
+    """Return every stride-th position of a frame from `start` up to, and without, `stop`; to the end without one."""
+    first = FRAME.check(start, "start")
+    last = None if stop is None else Limits(first, whole=True).check(stop, "stop")
+    return slice(first, last, STRIDE.check(stride, "stride"))
+
+
 RANK: Final = "roughness"  # What the residues of a trajectory are ranked by without a request.
 RANK_BY: Final = "sd"
 PLDDT = Limits(0, 100, open_low=False)

@@ -37,11 +37,11 @@ from sparsurf.arguments import (
     RANK,
     RANK_BY,
     RANKINGS,
-    STRIDE,
     Cavities,
     RadiiLike,
     Ranking,
     check_choice,
+    frames_between,
 )
 from sparsurf.dot_fields.depth import depth_below, depth_of_residues
 from sparsurf.dot_fields.named_fields import FieldLike, compute_fields, names_of_fields
@@ -54,7 +54,7 @@ from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.molecules.selection import Groups, Partners, groups_of_atoms, partners_of_atoms
 from sparsurf.molecules.source import Source
-from sparsurf.molecules.trajectory import warn_of_stride
+from sparsurf.molecules.trajectory import EVERY_FRAME, check_frames
 from sparsurf.patches.index import D_LINK
 from sparsurf.settings import Settings
 from sparsurf.streams import Streams
@@ -93,8 +93,9 @@ class FrameTables(NamedTuple):
         mean_roughness (1 is flat, 0 is rough; NaN if buried), depth (Å), accessible (Å^2), relative, buried (Å^2) and fields
     frames : DataFrame, a row for each frame: areas (Å^2), volume (Å^3), components, cavities, dots and mean_roughness
     ranking : DataFrame, a row for each residue, the one that changes most first: rank, quantity, mean, sd, lowest, highest,
-        range, the number of `frames` with a value and mean_area (Å^2). Residues with less than 20 Å^2 of area in the mean, with a
-        value in fewer than half of the frames, or without a change come last, without a rank
+        range, the number of `frames` with a value and mean_area (Å^2). Means over dots count in frames in which the residue has
+        at least 20 Å^2, and areas of residues with as much in the mean. Residues with a value in fewer than half of the frames,
+        or without a change, come last, without a rank
     contacts : DataFrame, a row for each residue and each partner that buries some of it: occupancy (share of the frames with at
         least 1 Å^2), mean and highest buried area (Å^2)
     """
@@ -145,6 +146,8 @@ def frames(
     *,
     path: None = None,
     stride: int = ...,
+    start: int = ...,
+    stop: int | None = ...,
     fields: FieldLike | Sequence[FieldLike] = ...,
     probe_radius: float = ...,
     radii: RadiiLike = ...,
@@ -163,6 +166,8 @@ def frames(
     *,
     path: str | Path,
     stride: int = ...,
+    start: int = ...,
+    stop: int | None = ...,
     fields: FieldLike | Sequence[FieldLike] = ...,
     probe_radius: float = ...,
     radii: RadiiLike = ...,
@@ -181,6 +186,8 @@ def frames(
     *,
     path: str | Path | None = None,
     stride: int = 1,
+    start: int = 0,
+    stop: int | None = None,
     fields: FieldLike | Sequence[FieldLike] = (),
     probe_radius: float = PROBE_RADIUS,
     radii: RadiiLike = "dms",
@@ -200,8 +207,9 @@ def frames(
         Trajectory that belongs to the structure `molecule`.
     path : str or Path, optional
         File in .csv or .parquet (needs pyarrow) for the residues, with the other tables next to it; a stopped call continues.
-    stride, jobs : int
-        Every stride-th frame is measured (default 1, all frames), by `jobs` processes (default 1), on which no result depends.
+    stride, start, stop, jobs : int
+        Every stride-th frame is measured (default 1, all frames), from position `start` (default 0) up to the one before `stop`
+        (default to the end), by `jobs` processes (default 1), on which no result depends.
     fields : str, callable, or sequence of these
         Fields whose mean is taken over the dots of each residue (default none); any name that `fields` accepts.
     probe_radius, radii, cavities : as in `surface`
@@ -229,9 +237,9 @@ def frames(
     >>> import sparsurf
     >>> tables = sparsurf.frames("data/tdp43/topology.pdb", "data/tdp43/trajectory.xtc", stride=500)
     >>> tables.ranking[["residue_name", "residue", "frames"]].to_numpy().tolist()[:2]
-    [['ILE', '257', 3], ['VAL', '255', 3]]
+    [['VAL', '255', 2], ['CYS', '244', 3]]
     """
-    stride, jobs = STRIDE.check(stride, "stride"), JOBS.check(jobs, "jobs")
+    span, jobs = frames_between(start, stop, stride), JOBS.check(jobs, "jobs")
     rules = placement(PROBE.check(probe_radius, "probe_radius"), "auto", radii, cavities)
     request = frames_request("frames", rules, fields, rank, rank_by)._replace(groups=groups)
     if path is not None:
@@ -243,9 +251,9 @@ def frames(
             "frames: a trajectory belongs to the path of a structure; give that as the molecule."
         )
     if isinstance(source, Source):
-        atoms = read_molecule(source, trajectory, stride=stride, groups=groups)
+        atoms = read_molecule(source, trajectory, stride=stride, start=start, stop=stop, groups=groups)
     else:
-        atoms = _every(as_molecule(source, groups), stride)
+        atoms = _every(as_molecule(source, groups), span)
     if path is None:
         import pandas as pd  # here: it takes long to load
 
@@ -355,13 +363,13 @@ def write_frames(molecule: Molecule, request: FramesRequest, path: str | Path, j
     return Written(molecule.n_frames, molecule.n_frames - computed, ranking)
 
 
-def _every(molecule: Molecule, stride: int) -> Molecule:
-    """Return every stride-th frame of a molecule."""
-    if stride == 1:
+def _every(molecule: Molecule, span: slice) -> Molecule:
+    """Return some frames of a molecule."""
+    if span == EVERY_FRAME.span:
         return molecule
     with naming_file("the molecule"):
-        warn_of_stride(molecule.n_frames, stride)
-    chosen = {name: getattr(molecule, name)[::stride] for name in OF_FRAMES}
+        check_frames(molecule.n_frames, span)
+    chosen = {name: getattr(molecule, name)[span] for name in OF_FRAMES}
     return replace(molecule, **chosen)
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from sparsurf import registry
 from sparsurf.api.replacing import beside_frames, path_of_frames
-from sparsurf.arguments import STRIDE
+from sparsurf.arguments import FRAME, STRIDE
 from sparsurf.cli import options, outputs
 from sparsurf.files import pluralise
 from sparsurf.molecules.formats import TOPOLOGY_LABELS
@@ -29,9 +29,10 @@ they replace only such tables. run_frames.csv has a row for each frame: area
 buried (Å^2).
 run_ranking.csv has a row for each residue, and the residue whose roughness
 changes most over the frames comes first; --rank and --rank-by choose another
-column or field, and the range in place of the standard deviation. Residues
-with less than 20 Å^2 of area in the mean, or with a value in fewer than half
-of the frames, come last and have no rank.
+column or field, and the range in place of the standard deviation. Roughness
+and fields of a residue count in frames in which it has at least 20 Å^2; areas
+and depths are ranked if it has as much in the mean. Residues with a value in
+fewer than half of the frames come last and have no rank.
 run_contacts.csv says what touches what: a row for each residue and each partner
 that buries some of it, with the share of the frames in which this is at least
 1 Å^2 (occupancy), and the mean and highest buried area (Å^2). Partners are those
@@ -61,6 +62,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("-o", "--output", required=True, metavar="OUT", help=text)
     text = "measure every n-th frame (default 1, all frames)"
     parser.add_argument("--stride", type=options.number_within(STRIDE), default=1, metavar="N", help=text)
+    text = "position of the first frame to measure, from 0 (default 0)"
+    parser.add_argument("--start", type=options.number_within(FRAME), default=0, metavar="N", help=text)
+    text = "position of the frame before which to stop (default: after the last frame)"
+    parser.add_argument("--stop", type=options.number_within(FRAME), metavar="N", help=text)
     options.add_groups(parser)
     options.add_fields(parser, has_table=False)
     options.add_ranking(parser)
@@ -78,7 +83,7 @@ def run(args: argparse.Namespace) -> None:
     rules = placement(density="auto", **options.placement_options(args))
     fields = options.names_of_requested_fields(args)
     request = frames_request("frames", rules, fields, args.rank, args.rank_by)._replace(groups=args.groups)
-    molecule = options.read_atoms(args, args.stride)
+    molecule = options.read_atoms(args, {name: getattr(args, name) for name in ("stride", "start", "stop")})
     written = write_frames(molecule, request, args.output, args.jobs)
     text = f"{pluralise(molecule.n_residues, 'residue')} in {pluralise(written.n_frames, 'frame')}"
     text += f", of which {written.n_before} were finished before" if written.n_before else ""

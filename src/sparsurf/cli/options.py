@@ -6,7 +6,7 @@ import math
 import re
 import shlex
 import sys
-from collections.abc import Callable, Container, Iterator, Sequence
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NoReturn
 
@@ -449,18 +449,18 @@ def with_fields_of_spheres(surface: Surface, names: Sequence[str]) -> Surface:
     return with_values(surface, check_fields(names, "surface"), lambda: surface, "surface", available_cores())
 
 
-def read_atoms(args: argparse.Namespace, stride: int | None = None) -> Molecule:
+def read_atoms(args: argparse.Namespace, of_frames: Mapping[str, Any] | None = None) -> Molecule:
     """Return the molecule of FILE, with all its frames; what reading it said is `args.heard` from now on.
 
-    Every `stride`-th frame is used if that is given, and otherwise the one of `--frame`.
+    All frames of the keys `of_frames` of `read_molecule` are used if these are given, and otherwise the one of `--frame`.
     """
     keys = {key: getattr(args, key) for key in ATOM_OPTIONS}
     keys["assembly"] = keys.pop("assembly_name") or bool(keys["assembly"])
     keys["groups"] = getattr(args, "groups", None)
     keys["ligands"] = False if keys["ligands"] is None else keys["ligands"]
     with heard(args.file) as args.heard:
-        molecule = read_molecule(source_of(args), args.trajectory, stride=stride or 1, **keys)
-    if stride is not None:
+        molecule = read_molecule(source_of(args), args.trajectory, **(of_frames or {}), **keys)
+    if of_frames is not None:
         return molecule
     name = args.trajectory or args.file
     check_frame(molecule, args.frame or 0, name)

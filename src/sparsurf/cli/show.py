@@ -64,7 +64,7 @@ def run(args: argparse.Namespace) -> None:
     rules = placement(density="auto", **options.placement_options(args))
     of_one = {"fields": args.fields, "limits": args.limits}
     request = ranked_frames(args.rank, args.rank_by, shows_frames, rules, **of_one)
-    molecule, key = options.read_atoms(args, stride=1) if shows_frames else None, None
+    molecule, key = options.read_atoms(args, {}) if shows_frames else None, None
     if molecule is not None and molecule.n_frames > 1:
         about, name = options.about(args), Path(args.trajectory).name
         page = page_of_frames(molecule, about, name, request, partial(_say, args))

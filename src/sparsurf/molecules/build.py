@@ -45,7 +45,13 @@ from sparsurf.molecules.residues import (
 )
 from sparsurf.molecules.selection import POLYMERS, SelectionKeys, select_atoms
 from sparsurf.molecules.source import Source
-from sparsurf.molecules.trajectory import TrajectoryFrames, read_first_frame, read_frames, warn_of_stride
+from sparsurf.molecules.trajectory import (
+    EVERY_FRAME,
+    TrajectoryFrames,
+    check_frames,
+    read_first_frame,
+    read_frames,
+)
 from sparsurf.molecules.unwrapping import Unwrapping, has_no_box, make_whole
 
 log = logging.getLogger("sparsurf")
@@ -260,7 +266,7 @@ def molecule_of_models(
     keys: SelectionKeys,
     altloc: str = "first",
     model: int | None = None,
-    stride: int = 1,
+    span: slice = EVERY_FRAME.span,
     whole: bool = True,
     assembly: bool | str = False,
 ) -> Molecule:
@@ -277,8 +283,8 @@ def molecule_of_models(
         else:
             _refuse_conformations(tables)
         tables = {0: _joined(tables)}
-    warn_of_stride(len(tables), stride)
-    numbers = np.array(list(tables))[::stride]
+    check_frames(len(tables), span)
+    numbers = np.array(list(tables))[span]
     first = _of_model(tables[numbers[0]], file)
     selected = select_complete(first, keys, file)
     frames = [first.molecule.take(selected)]
@@ -394,7 +400,7 @@ def molecule_of_trajectory(
     keys: SelectionKeys,
     altloc: str = "first",
     model: int | None = None,
-    stride: int = 1,
+    span: slice = EVERY_FRAME.span,
     whole: bool = True,
     times: Sequence[float] | None = None,
 ) -> Molecule:
@@ -421,7 +427,7 @@ def molecule_of_trajectory(
         return unwrap[0](xyz, box, number)
 
     with naming_file(trajectory):
-        frames = read_frames(trajectory, len(table), first.row[selected], stride, times, make_frames_whole)
+        frames = read_frames(trajectory, len(table), first.row[selected], span, times, make_frames_whole)
     return replace(molecule, xyz=frames.xyz, time_ps=frames.time_ps, frame_number=frames.number)
 
 

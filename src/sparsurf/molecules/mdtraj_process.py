@@ -73,8 +73,8 @@ class FrameSelection(NamedTuple):
     """Which frames of a trajectory are loaded, and which of their atoms."""
 
     atoms: np.ndarray | None = None  # indices, ascending; all of them by default
-    stride: int = 1  # every so many-th frame, from the first one
-    only: np.ndarray | Sequence[int] = ()  # positions of frames in the file, in place of a stride
+    span: slice = slice(0, None, 1)  # positions of frames in the file
+    only: np.ndarray | Sequence[int] = ()  # positions of frames in the file, in place of these
     first: bool = False  # the first frame alone, whose number of atoms may differ from that of the topology
 
 
@@ -266,7 +266,7 @@ def _load(path: str, n_atoms: int, chosen: FrameSelection) -> Iterator[mdtraj.Tr
     """Load parts of a trajectory with mdtraj, see `iterate_frames`."""
     import mdtraj
 
-    atoms, stride, only, first = chosen
+    atoms, span, only, first = chosen
     extension = Path(path).suffix
     topology = {} if extension == OWN_TOPOLOGY else {"top": _topology(n_atoms)}
     if extension == ONE_FRAME:
@@ -281,13 +281,15 @@ def _load(path: str, n_atoms: int, chosen: FrameSelection) -> Iterator[mdtraj.Tr
         for k in np.asarray(only).tolist():
             yield mdtraj.load(path, frame=k, atom_indices=atoms, **topology)
     else:  # mdtraj 1.11 crashes on TRR with stride and atoms together
-        step = 1 if extension == ".trr" or len(only) else stride
+        step = 1 if extension == ".trr" or len(only) or span.start % span.step else span.step
+        begin = 0  # mdtraj 1.11 reads frames beyond the end of XTC with skip and stride together
         chunk = max(1, BYTES_OF_A_PART // (12 * n_atoms))
-        begin = 0
         for part in mdtraj.iterload(path, chunk=chunk, stride=step, atom_indices=atoms, **topology):
-            number = begin + np.arange(len(part))
-            begin += len(part)
-            keep = np.isin(number, only) if len(only) else number % (stride // step) == 0
+            number = begin + step * np.arange(len(part))
+            begin = number[-1] + step
+            keep = np.isin(number, only if len(only) else range(begin)[span])
+            if span.stop is not None and number[0] >= span.stop and not len(only):
+                break
             if keep.any():
                 yield part if keep.all() else part[np.flatnonzero(keep)]
 

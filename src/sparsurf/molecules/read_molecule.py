@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from sparsurf.arguments import STRIDE, Hydrogens, check_flag, check_plddt
+from sparsurf.arguments import Hydrogens, check_flag, check_plddt, frames_between
 from sparsurf.errors import FILE, InputError, argument, naming_file
 from sparsurf.files import StrPath, pluralise, shorten
 from sparsurf.molecules.atom_table import AtomFile
@@ -29,6 +29,7 @@ from sparsurf.molecules.psf import read_psf
 from sparsurf.molecules.selection import POLYMERS, Groups, SelectionKeys
 from sparsurf.molecules.source import Source, open_source, what_is_no_structure
 from sparsurf.molecules.text_frames import read_card, read_gro
+from sparsurf.molecules.trajectory import EVERY_FRAME
 from sparsurf.suggestions import public
 
 log = logging.getLogger("sparsurf")
@@ -59,6 +60,8 @@ def read_molecule(
     hydrogens: Hydrogens = "keep",
     ligands: bool | str | Sequence[str] = False,
     stride: int = 1,
+    start: int = 0,
+    stop: int | None = None,
     times: Sequence[float] | None = None,
     whole: bool = True,
     plddt: float | None = None,
@@ -87,8 +90,9 @@ def read_molecule(
         Whether explicit hydrogens are read (default 'keep').
     ligands : bool, str or list of str
         Names of ligands to read with the protein, or True for all but waters and ions (default False, none).
-    stride, times : int; sequence of float, optional
-        Every stride-th frame is read (default 1, all frames), or only the first frame and those at these times, ps.
+    stride, start, stop, times : int; sequence of float, optional
+        Every stride-th frame is read (default 1, all frames), from position `start` (default 0) up to the one before `stop`
+        (default to the end), or only the first frame and those at these times, ps.
     whole : bool
         Whether molecules that the periodic box cuts are made whole (default True).
     plddt : float, optional
@@ -117,7 +121,7 @@ def read_molecule(
     >>> molecule.n_atoms, molecule.n_residues, molecule.xyz.shape
     (119, 14, (1, 119, 3))
     """
-    stride = STRIDE.check(stride, "stride")
+    span = frames_between(start, stop, stride)
     check_flag(whole, "whole")
     if not isinstance(assembly, str):
         check_flag(assembly, "assembly")
@@ -140,7 +144,7 @@ def read_molecule(
         raise InputError(
             f"{argument('plddt')}: a trajectory has none; remove `{argument('plddt')}`, or choose the residues."
         )
-    options = model, altloc, stride, times, bool(whole), plddt, assembly
+    options = model, altloc, span, times, bool(whole), plddt, assembly
     return molecule_of_files(
         open_source(path), None if trajectory is None else open_source(trajectory), keys, *options
     )
@@ -152,7 +156,7 @@ def molecule_of_files(
     keys: SelectionKeys | None = None,
     model: int | None = None,
     altloc: str = "first",
-    stride: int = 1,
+    span: slice = EVERY_FRAME.span,
     times: Sequence[float] | None = None,
     whole: bool = True,
     plddt: float | None = None,
@@ -180,12 +184,12 @@ def molecule_of_files(
             if plddt is not None:
                 log.warning("%s: plddt is not applied; such files have no B factors", FILE)
         if frames is None:
-            molecule = molecule_of_models(file, keys, altloc, model, stride, whole, assembly)
+            molecule = molecule_of_models(file, keys, altloc, model, span, whole, assembly)
             if plddt is not None:
                 molecule = _without_doubtful(molecule, file.origin, plddt)
             refuse_impossible(molecule, whole=whole)
             return replace(molecule, files=(os.path.abspath(source),), is_prediction=file.origin == PREDICTED)
-        options = altloc, model, stride, whole, times
+        options = altloc, model, span, whole, times
         molecule = molecule_of_trajectory(file, source, frames, keys, *options)
     names = source if frames is not source else None
     with naming_file(frames):

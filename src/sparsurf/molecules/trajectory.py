@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from sparsurf.errors import FILE, InputError
+from sparsurf.errors import FILE, InputError, argument
 from sparsurf.files import StrPath, existing_file, pluralise
 from sparsurf.messages import no_warnings
 from sparsurf.molecules.mdtraj_process import EVERY_FRAME, FrameSelection, iterate_frames
@@ -99,9 +99,11 @@ def _parts_of_text(source: Source, n_atoms: int, chosen: FrameSelection) -> Iter
     for number, parse in enumerate(frames_of_text(source, n_atoms)):
         if parse is None:
             if not chosen.first:
-                report_cut(number, n_found, chosen.stride)
+                report_cut(number, n_found, chosen.span)
             break
-        if number not in only if only else number % chosen.stride:
+        if not only and chosen.span.stop is not None and number >= chosen.span.stop:
+            break
+        if number not in (only or range(number + 1)[chosen.span]):
             continue
         frame = parse()
         n_found += 1
@@ -119,8 +121,8 @@ def _parts_of_text(source: Source, n_atoms: int, chosen: FrameSelection) -> Iter
             frames = []
     if frames:
         yield _joined(frames, chosen.atoms)
-    if not n_found:
-        report_cut(0, 0, 1) if number >= 0 else None
+    if not n_found and number <= 0:
+        report_cut(0, 0, EVERY_FRAME.span) if number >= 0 else None
         raise InputError(f"{FILE} holds no frames: copy it again.")
 
 
@@ -136,11 +138,11 @@ def read_frames(
     source: Source,
     n_atoms: int,
     atoms: np.ndarray,
-    stride: int,
+    span: slice,
     times: Sequence[float] | None,
     change: Callable[[np.ndarray, np.ndarray | None, np.ndarray], np.ndarray],
 ) -> TrajectoryFrames:
-    """Read every `stride`-th frame of a trajectory, or the first one and those at `times`, ps; memory does not grow with it.
+    """Read the frames `span` of a trajectory, or the first one and those at `times`, ps; memory does not grow with it.
 
     Frames that repeat the one before are left out, as readers do with those of TRR that have no positions. `change`
     makes other positions of some (F, A, 3), Å, their boxes (F, 3, 3), or None, and their numbers in the file (F,).
@@ -151,7 +153,7 @@ def read_frames(
         number = _frames_at(time_ps, times)
         time_ps, only = time_ps[number], number if stored is None else stored[number]
     elif stored is not None:
-        only = stored[::stride]
+        only = stored[span]
     else:
         only = np.empty(0, int)
     order = np.argsort(atoms, kind="stable")
@@ -159,7 +161,7 @@ def read_frames(
     keep: list[bool] = []
     time_parts: list[np.ndarray] = []
     number_parts: list[np.ndarray] = []
-    chosen = FrameSelection(np.asarray(atoms)[order], stride, only)
+    chosen = FrameSelection(np.asarray(atoms)[order], span, only)
     for raw, time, box in iterate_parts(source, n_atoms, chosen):
         n_read += len(raw)
         xyz = np.empty(raw.shape)
@@ -167,7 +169,7 @@ def read_frames(
         moved = _differ_from_before(xyz, before)
         before = xyz[-1:].copy()
         places = len(keep) + np.arange(len(xyz))
-        numbers = stride * places if times is None else number[places]
+        numbers = span.start + span.step * places if times is None else number[places]
         refuse_invalid_coordinates(xyz, numbers)
         cells = box[moved] if len(box) and boxed else None
         xyz = change(xyz[moved], cells, numbers[moved])
@@ -176,10 +178,10 @@ def read_frames(
         time_parts.append(time)
         number_parts.append(numbers)
     if times is None:
-        if source.format.name == "dcd":
-            check_dcd(source, n_atoms, n_read, stride)
-        if stride > 1 and n_read == 1:
-            warn_of_stride(len(_times(source, n_atoms, stored)), stride)
+        if not n_read or (span.step > 1 and n_read == 1):
+            check_frames(len(_times(source, n_atoms, stored)), span)
+        if source.format.name == "dcd" and span.stop is None:
+            check_dcd(source, n_atoms, n_read, span)
         time_ps, number = np.concatenate(time_parts), np.concatenate(number_parts)
     xyz = store.frames()
     if n_repeats := len(keep) - len(xyz):
@@ -201,11 +203,15 @@ def _differ_from_before(xyz: np.ndarray, before: np.ndarray) -> np.ndarray:
     return ~np.append(len(before) > 0 and np.array_equal(xyz[:1], before), repeats)
 
 
-def warn_of_stride(n_frames: int, stride: int) -> None:
-    """Warn of a stride that leaves one frame of several."""
-    if 1 < n_frames <= stride:
+def check_frames(n_frames: int, span: slice) -> None:
+    """Raise InputError if a file has none of the frames `span`, and warn of a stride that leaves one of several."""
+    if n_frames <= span.start:
+        raise InputError(
+            f"{argument('start')}: {FILE} has {pluralise(n_frames, 'frame')}, the first at position 0, and none at {span.start}."
+        )
+    if 1 < n_frames - span.start <= span.step and span.stop is None:
         message = "%s has %d frames, of which a stride of %d leaves only the first: take a smaller stride"
-        log.warning(message, FILE, n_frames, stride)
+        log.warning(message, FILE, n_frames, span.step)
 
 
 def _times(source: Source, n_atoms: int, stored: np.ndarray | None) -> np.ndarray:
@@ -284,12 +290,12 @@ class FrameStore:
         return np.frombuffer(bytearray(self.file.read())).reshape(shape)
 
 
-def report_cut(n_complete: int, n_read: int, stride: int) -> None:
+def report_cut(n_complete: int, n_read: int, span: slice) -> None:
     """Warn that the last frame of a trajectory is truncated; raise InputError if it is the first one."""
     if n_complete == 0:
         raise InputError(f"{FILE} is cut short within its first frame: copy it again.")
     message = "%s is cut short: its incomplete last frame is left out, %d were read (stride %d)"
-    log.warning(message, FILE, min(n_read, -(-n_complete // stride)), stride)
+    log.warning(message, FILE, min(n_read, len(range(n_complete)[span])), span.step)
 
 
 def warn_of_repeats(source: Source, xyz: np.ndarray, time: np.ndarray, number: np.ndarray) -> None:
@@ -341,7 +347,7 @@ def _check_precision(precision: float) -> None:
         log.warning("%s: %s", FILE, rounded)
 
 
-def check_dcd(source: Source, n_atoms: int, n_read: int, stride: int) -> None:
+def check_dcd(source: Source, n_atoms: int, n_read: int, span: slice) -> None:
     """Warn if a DCD file holds fewer or more frames than its header says (a killed run, two joined runs)."""
     with Path(source).open("rb") as file:
         head = file.read(12)
@@ -354,9 +360,9 @@ def check_dcd(source: Source, n_atoms: int, n_read: int, stride: int) -> None:
         start, record = file.tell(), struct.unpack(order + "i", file.read(4).ljust(4, b"\0"))[0]
         size = file.seek(0, 2) - start
     frame_bytes = 3 * (4 * n_atoms + 8) + (record + 8 if record == DCD_CELL_BYTES else 0)
-    if n_read < -(-n_announced // stride):
+    if n_read < len(range(n_announced)[span]):
         # DIMS and other runs end when they reach their target, so that whole frames alone do not tell that a copy is cut
-        n_held = n_read if stride == 1 else size // frame_bytes
+        n_held = n_read if span == EVERY_FRAME.span else size // frame_bytes
         message = "%s holds %d frames, and its header announces %d: it is cut short, or its run ended earlier"
         log.warning(message, FILE, n_held, n_announced)
     elif n_announced > 0 and size > (n_announced + 0.5) * frame_bytes:

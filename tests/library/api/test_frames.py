@@ -123,11 +123,14 @@ def test_residues_are_ranked_by_how_much_they_change(seven, rank, column, by):
     ranked = ranking["rank"].notna()
     assert (ranking["quantity"] == column).all() and ranking.loc[ranked, by].is_monotonic_decreasing
     assert [*ranking["rank"][ranked]] == [*range(1, ranked.sum() + 1)] and ranked.iloc[: ranked.sum()].all()
-    area = tables.residues.pivot_table("area", "frame", ["chain", "residue"], sort=False).mean()[
-        ranking.index
-    ]
+    areas = tables.residues.pivot_table("area", "frame", ["chain", "residue"], sort=False)
+    area = areas.mean()[ranking.index]
     np.testing.assert_allclose(ranking["mean_area"], area)
-    enough = (area >= 20) & (wide.count()[ranking.index] >= wide.shape[0] / 2) & (ranking["range"] > 0)
+    is_mean = column.startswith("mean_")
+    wide = wide.where(areas >= 20) if is_mean else wide  # a mean over dots needs some in its frame
+    enough = (
+        (is_mean | (area >= 20)) & (wide.count()[ranking.index] >= wide.shape[0] / 2) & (ranking["range"] > 0)
+    )
     assert ranked.tolist() == enough.tolist()
     wanted = {
         "frames": wide.count(), "mean": wide.mean(), "sd": wide.std(), "lowest": wide.min(), "highest": wide.max(),
@@ -185,6 +188,34 @@ def test_a_ranking_without_a_residue_says_why(values, area, said):
     )
     assert ranking["rank"].notna().sum() == (not said)
     assert (why_none_is_ranked(ranking, len(values)) or "nothing").startswith(said or "nothing")
+
+
+def test_a_mean_over_dots_counts_in_frames_with_enough_area():
+    """A residue whose roughness jumps where it is nearly buried does not change; its area does."""
+    area, values = np.tile([[25.0], [5.0]], (6, 2)), np.tile([[0.5, 0.6], [0.1, 0.6]], (6, 1))
+    values[::4, 1] = 0.62
+    residues = pd.DataFrame({"residue": ["flickering", "changing"]})
+    ranking = rank_residues(residues, "mean_q", "sd", lambda: [(values, area)]).set_index("residue")
+    assert [*ranking.index] == ["changing", "flickering"] and ranking["frames"].tolist() == [6, 6]
+    assert (
+        rank_residues(residues, "area", "sd", lambda: [(area, area)])["rank"].isna().all()
+    )  # 15 Å^2 in the mean
+    assert rank_residues(residues, "area", "sd", lambda: [(area + 10, area + 10)])["rank"].notna().all()
+
+
+@pytest.mark.parametrize("given", [{"start": 2}, {"start": 1, "stop": 6, "stride": 2}, {"stop": 3}])
+def test_the_first_and_the_last_frame_are_chosen_by_position(seven, given):
+    found = sparsurf.frames(seven, **given).residues
+    whole = sparsurf.frames(seven).residues
+    chosen = [*range(7)][given.get("start", 0) : given.get("stop") : given.get("stride", 1)]
+    pd.testing.assert_frame_equal(found, whole[whole["frame"].isin(chosen)].reset_index(drop=True))
+
+
+def test_a_first_frame_beyond_the_end_is_refused(seven):
+    with pytest.raises(InputError, match=r"start: .* has 7 frames, the first at position 0, and none at 7"):
+        sparsurf.frames(seven, start=7)
+    with pytest.raises(InputError, match="stop is 2; it must be a whole number, more than 2"):
+        sparsurf.frames(seven, start=2, stop=2)
 
 
 def test_one_frame_is_not_ranked_and_says_so(tmp_path, capsys):

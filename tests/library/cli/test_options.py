@@ -92,7 +92,8 @@ OPTIONS = {
     "show": {"": {}, **OF_ATOMS, **PLACED, **CAGED, "--trajectory run.xtc --rank area": {"trajectory": "run.xtc",
      "rank": "area"}},
     "frames": {"": {}, **{words: keys for words, keys in OF_ATOMS.items() if "frame" not in keys}, **HYDROPATHY, **PLACED,
-     **CAGED, "--stride 2": {"stride": 2}, **WITHIN_A, "--rank hydropathy": {"rank": "hydropathy"}},
+     **CAGED, "--stride 2": {"stride": 2}, "--start 1 --stop 2": {"start": 1, "stop": 2}, **WITHIN_A,
+     "--rank hydropathy": {"rank": "hydropathy"}},
     "atoms": {"": {}, **OF_ATOMS, **PLACED, **CAGED},
     "areas": {"": {}, **OF_ATOMS, **PLACED, **RESIDUES, "--of chains": {"of": "chains"}, **WITHIN_A},
     "regions": {"": {}, **OF_ATOMS, **PLACED, "--field hydropathy": {"field": "hydropathy"},
@@ -301,7 +302,9 @@ def show(file, keys, out):
 
 
 def frames(file, keys, out):
-    settings = some(keys, "stride", "fields", "probe_radius", "radii", "cavities", "rank", "groups")
+    settings = some(
+        keys, "stride", "start", "stop", "fields", "probe_radius", "radii", "cavities", "rank", "groups"
+    )
     tables = sparsurf.frames(molecule_of(file, keys), **settings)
     return pd.concat([tables.residues, tables.ranking], ignore_index=True)
 

@@ -66,7 +66,7 @@ def test_frames_are_those_of_the_trajectory(whole, tmp_path, ending):
     if ending != "dcd":  # which has no times
         np.testing.assert_allclose(time, whole.time)
     np.testing.assert_allclose(box, whole.unitcell_vectors, atol=1e-5)
-    xyz, time, box = load_frames(path, n, some, stride=2)
+    xyz, time, box = load_frames(path, n, some, span=slice(0, None, 2))
     assert xyz.shape == (3, 3, 3) and len(time) == len(box) == 3
     np.testing.assert_allclose(xyz, whole.xyz[::2][:, some], atol=0.0006)
     xyz, time, box = load_frames(path, n, some, only=[1, 4])
@@ -121,7 +121,9 @@ def test_frames_are_read_in_parts_and_reading_may_end_early(whole, tmp_path, mon
     frames = [
         part.xyz
         for part in mdtraj_process._load(
-            str(tmp_path / "a.dcd"), whole.n_atoms, FrameSelection(np.arange(9), 2, np.array([]))
+            str(tmp_path / "a.dcd"),
+            whole.n_atoms,
+            FrameSelection(np.arange(9), slice(0, None, 2), np.array([])),
         )
     ]
     assert [len(xyz) for xyz in frames] == [2, 1]
@@ -134,7 +136,11 @@ def test_frames_are_counted_over_all_parts(whole, tmp_path, monkeypatch, ending,
     """In parts of two of the five frames a second part does not begin with a frame that the stride chooses."""
     whole.save(str(tmp_path / f"a.{ending}"))
     monkeypatch.setattr(mdtraj_process, "BYTES_OF_A_PART", (3 if stride > 1 else 2) * 12 * whole.n_atoms)
-    given = str(tmp_path / f"a.{ending}"), whole.n_atoms, FrameSelection(np.arange(9), stride, np.array(only))
+    given = (
+        str(tmp_path / f"a.{ending}"),
+        whole.n_atoms,
+        FrameSelection(np.arange(9), slice(0, None, stride), np.array(only)),
+    )
     xyz = np.concatenate([part.xyz for part in mdtraj_process._load(*given)])
     np.testing.assert_allclose(xyz, whole.xyz[only or slice(None, None, stride), :9], atol=6e-4)
 
