@@ -26,7 +26,7 @@ from sparsurf.api.inputs import (
     subset_indices,
 )
 from sparsurf.api.surfaces import as_surface
-from sparsurf.api.whole_surface import patches_or_none, whole_surface
+from sparsurf.api.whole_surface import WholeSurface, patches_or_none, whole_surface
 from sparsurf.arguments import index_array
 from sparsurf.dot_fields.depth import depth_of_atoms, depth_of_residues
 from sparsurf.dot_fields.maps import is_map
@@ -231,57 +231,64 @@ def residues(
         surface.origin.refuse_molecule("residues", atoms, None)
     if not 0 <= surface.atom.min() <= surface.atom.max() < atoms.n_atoms:
         raise InputError("residues: these dots do not say which atom of the molecule they belong to.")
-    dot_roughness = (
-        None if roughness_values is None else real_numbers(roughness_values, "roughness_values").astype(float)
-    )
-    if dot_roughness is None and is_sparse:
+    if roughness_values is None and is_sparse:
         fields = dict(surface.fields)
-        dot_roughness = fields.pop(ROUGHNESS, np.full(len(surface), np.nan))
+        roughness_values = fields.pop(ROUGHNESS, np.full(len(surface), np.nan))
         surface = replace(surface, fields=fields)
-    whole, values = None, np.full(len(surface), np.nan) if dot_roughness is None else dot_roughness
-    if dot_roughness is None or (is_sparse and surface.origin is not None and not np.isnan(values).any()):
-        is_part = (
-            surface.origin is not None and surface.placed is None
-        )  # whose patches would end at its border
-        patches = PatchesSettings()
-        whole = whole_surface(surface) if is_part else patches_or_none("residues", surface, patches)
-    if whole is not None:
-        roughness_of_all = whole.roughness(PatchesSettings())
-        values = roughness_of_all[whole.nearest] if dot_roughness is None else values
-    if values.shape != (len(surface),):
-        raise InputError(
-            f"residues: roughness_values has the shape {values.shape}; the dots are {len(surface)}."
-        )
-    if roughness_values is not None and not is_sparse and (n_unknown := np.isnan(values).sum()):
-        raise InputError(
-            f"residues: roughness_values is NaN at {n_unknown:,} of {len(values):,} dots; give the "
-            "roughness of every dot, or leave it out."
-        )
-    if isinstance(kept, Subset):
-        weight = kept.weight if weight is None else weight
-        kept = kept.dots
-    dots_kept = index_array(kept, len(surface), "kept")
-    if dots_kept.size:
-        dots_kept = subset_indices("kept", dots_kept, len(surface))
-    weights = np.ones(len(dots_kept), int) if weight is None else real_numbers(weight, "weight")
-    if not (weights >= 0).all():
-        raise InputError(
-            "residues: weight has negative values or NaN; give the number of dots that each kept dot stands for."
-        )
-    if weights.shape != dots_kept.shape:
-        raise InputError(
-            f"residues: weight has the shape {weights.shape}; the kept dots are {len(dots_kept)}."
-        )
+    dots_kept, weights = _kept_dots(kept, weight, len(surface))
+    values, whole, of_whole = _roughness_of(surface, roughness_values, is_sparse)
     component = surface.placed.components(surface) if surface.placed else None
-    cavity = None if whole is None or whole.surface is surface else whole.cavity[whole.nearest]
-    table = residue_table(surface, values, atoms, dots_kept, weights, component, cavity)
-    if (
-        whole is not None
-        and whole.surface is not surface
-        and np.allclose(values, roughness_of_all[whole.nearest], atol=1e-6)
-    ):
-        table = whole.with_roughness(table, roughness_of_all, atoms)
+    if whole is None or whole.surface is surface:
+        table = residue_table(surface, values, atoms, dots_kept, weights, component)
+    else:
+        cavity = whole.cavity[whole.nearest]
+        table = residue_table(surface, values, atoms, dots_kept, weights, component, cavity)
+        if np.allclose(values, of_whole[whole.nearest], atol=1e-6):
+            table = whole.with_roughness(table, of_whole, atoms)
     if surface.origin and surface.molecule is not None:
         of_atoms = depth_of_atoms(surface.origin.xyz, surface.origin.radii, surface.origin.rules.probe_radius)
         table.insert(list(table).index("dots"), "depth", depth_of_residues(atoms, of_atoms))
     return table
+
+
+def _roughness_of(
+    surface: Surface, given: ArrayLike | None, is_sparse: bool
+) -> tuple[np.ndarray, WholeSurface | None, np.ndarray]:
+    """Return R_i of dots, (N,), the surface whose patches tell it, if it is needed, and R_i of all its dots."""
+    n, whole, patches = len(surface), None, PatchesSettings()
+    values = None if given is None else real_numbers(given, "roughness_values").astype(float)
+    if values is not None and values.shape != (n,):
+        raise InputError(f"residues: roughness_values has the shape {values.shape}; the dots are {n}.")
+    n_unknown = 0 if values is None else np.isnan(values).sum()
+    if n_unknown and not is_sparse:
+        raise InputError(
+            f"residues: roughness_values is NaN at {n_unknown:,} of {n:,} dots; give the roughness of every dot, or leave it out."
+        )
+    if values is None or (is_sparse and surface.origin is not None and not n_unknown):
+        # the patches of a part would end at its border
+        is_part = surface.origin is not None and surface.placed is None
+        whole = whole_surface(surface) if is_part else patches_or_none("residues", surface, patches)
+    of_whole = np.empty(0) if whole is None else whole.roughness(patches)
+    if values is None:
+        values = np.full(n, np.nan) if whole is None else of_whole[whole.nearest]
+    return values, whole, of_whole
+
+
+def _kept_dots(
+    kept: ArrayLike | Subset, weight: ArrayLike | None, n_dots: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the dots that are kept, (n,) int64, and how many dots each of them stands for, (n,)."""
+    if isinstance(kept, Subset):
+        weight = kept.weight if weight is None else weight
+        kept = kept.dots
+    dots = index_array(kept, n_dots, "kept")
+    if dots.size:
+        dots = subset_indices("kept", dots, n_dots)
+    weights = np.ones(len(dots), int) if weight is None else real_numbers(weight, "weight")
+    if not (weights >= 0).all():
+        raise InputError(
+            "residues: weight has negative values or NaN; give the number of dots that each kept dot stands for."
+        )
+    if weights.shape != dots.shape:
+        raise InputError(f"residues: weight has the shape {weights.shape}; the kept dots are {len(dots)}.")
+    return dots, weights

@@ -517,56 +517,63 @@ def write(
         if atoms is None:
             _refuse_frame(frame, 0)
         write_table(path, cast("pd.DataFrame", result), column=column, molecule=atoms, frame=frame)
-        return
-    if isinstance(result, Molecule):
+    elif isinstance(result, Molecule):
         _write_molecule(result, path, frame)
-        return
-    if are_surface_atoms:
+    elif are_surface_atoms:
         from sparsurf.api.surface_atoms import writers_of_atoms
 
-        writers = writers_of_atoms(cast("SurfaceAtoms", result))
-        write_file(path, writers)
-        return
+        write_file(path, writers_of_atoms(cast("SurfaceAtoms", result)))
+    elif isinstance(result, Points) and ends_in(path, ".parquet"):
+        if about_fields:
+            raise InputError("write: a table of points takes no names, colours or limits; leave them out.")
+        _write_points(result, path, _atoms_and_frame(result, atoms, frame)[0])
+    else:
+        is_shown = ends_in(path, PAGE_FORMATS)
+        dots = _dots_of(result, *_atoms_and_frame(result, atoms, frame), is_shown=is_shown)
+        coloured = dots.coloured if colours is None else bool(colours)
+        write_dots(path, replace(_renamed(dots, names or {}), coloured=coloured, limits=limits))
+
+
+def _atoms_and_frame(result: Any, atoms: Molecule | None, frame: int) -> tuple[Molecule | None, int]:
+    """Return the molecule of dots and its frame: by default their own; raise InputError for another one."""
     if atoms is not None:
         check_frame(atoms, frame, "the molecule")
-    origin = result.surface.origin if isinstance(result, Points) else getattr(result, "origin", None)
-    if isinstance(result, Surface | Points) and origin:
+    result = result.surface if isinstance(result, Points) else result
+    if isinstance(result, Surface) and (origin := result.origin):
         if atoms is None:
             _refuse_frame(frame, origin.frame)
             atoms, frame = origin.molecule, origin.frame
         if atoms is not None:
             origin.refuse_molecule("write", atoms, frame)
-    source: Any = result
-    if isinstance(source, Points) and ends_in(path, ".parquet"):
-        from sparsurf.api.checkpoints import table_writers  # here: few results are such tables
+    return atoms, frame
 
-        if about_fields:
-            raise InputError("write: a table of points takes no names, colours or limits; leave them out.")
-        files = getattr(atoms, "files", ())
-        name = source.name if isinstance(source, NamedPoints) else title(files[0]) if files else ""
-        of_points = source.to_frame()
-        of_points.insert(0, "name", name)
-        write_file(path, table_writers([of_points], {}))
-        return
-    if isinstance(source, Points):
-        table = {name: column for name, column in source.columns().items() if name not in source.fields}
-        dots = DotsToWrite(source.surface, table, molecule=atoms, frame=frame, single=True)
-    elif is_subset(source):
-        is_shown = ends_in(path, PAGE_FORMATS)
-        about = About(whole=_whole_of(source) if is_shown else None, notes=source.decision)
-        dots = DotsToWrite(source.surface, source.table, "weight", atoms, frame, about=about)
-    elif isinstance(source, Surface):
-        dots = DotsToWrite(source, replace(source, fields={}).to_frame(atoms), molecule=atoms, frame=frame)
-    elif hasattr(source, "triangles"):
-        dots = mesh_dots(source)
-        if atoms is not None:
-            dots = replace(dots, molecule=atoms, frame=frame)
-    else:
-        raise InputError(
-            f"write: give dots, a mesh, a molecule or a table, not the type {type(result).__name__}."
-        )
-    coloured = dots.coloured if colours is None else bool(colours)
-    write_dots(path, replace(_renamed(dots, names or {}), coloured=coloured, limits=limits))
+
+def _dots_of(result: Any, atoms: Molecule | None, frame: int, is_shown: bool) -> DotsToWrite:
+    """Return what is written of dots or a mesh; `is_shown` on a page or picture."""
+    if isinstance(result, Points):
+        table = {name: column for name, column in result.columns().items() if name not in result.fields}
+        return DotsToWrite(result.surface, table, molecule=atoms, frame=frame, single=True)
+    if is_subset(result):
+        about = About(whole=_whole_of(result) if is_shown else None, notes=result.decision)
+        return DotsToWrite(result.surface, result.table, "weight", atoms, frame, about=about)
+    if isinstance(result, Surface):
+        return DotsToWrite(result, replace(result, fields={}).to_frame(atoms), molecule=atoms, frame=frame)
+    if hasattr(result, "triangles"):
+        return mesh_dots(result) if atoms is None else replace(mesh_dots(result), molecule=atoms, frame=frame)
+    raise InputError(
+        f"write: give dots, a mesh, a molecule or a table, not the type {type(result).__name__}."
+    )
+
+
+def _write_points(points: Points, path: str | Path, atoms: Molecule | None) -> None:
+    """Write points in the columns of `sparsurf points`, which begin with a name."""
+    from sparsurf.api.checkpoints import table_writers  # here: few results are such tables
+
+    files = getattr(atoms, "files", ())
+    name = points.name if isinstance(points, NamedPoints) else title(files[0]) if files else ""
+    table = points.to_frame()
+    table.insert(0, "name", name)
+    write_file(path, table_writers([table], {}))
 
 
 def _write_molecule(molecule: Molecule, path: str | Path, frame: int) -> None:
