@@ -60,3 +60,17 @@ def two_models(shift=0.0):
         ter, parts = "TER\n", (moved(part, k * shift) for part in (first, second, ligand))
         texts.append(f"MODEL     {k + 1:4d}\n{ter.join(parts)}ENDMDL\n")
     return "".join(texts) + "END\n"
+
+
+def drifting(n=5):
+    """PDB text of models that drift by 3 Å, in which the last two residues fold away from the others, and of a water."""
+    water = atom_line("O", "HOH", "A", "90", (40, 0, 0), record="HETATM", element="O")
+    begin, end = (
+        peptide(["ALA"] * k, first=first, origin=at)
+        for k, first, at in ((4, 1, (0, 0, 0)), (2, 5, (12.6, 0, 0)))
+    )
+    models = []
+    for k in range(n):
+        text = moved(begin, 3.0 * k) + moved(end, 3.0 * k + [0, 0.4, 4.0, 8.0, 8.1][k % 5])
+        models.append(f"MODEL     {k + 1:4d}\n{text}TER\n{water}ENDMDL\n")
+    return "".join(models) + "END\n"

@@ -14,7 +14,7 @@ import sparsurf
 from accessibility import inaccessible
 from conftest import ROOT
 from parsed_pages import Page, origin_of
-from peptides import atom_line, moved, peptide
+from peptides import atom_line, drifting, peptide
 from small_study import unpacked
 from sparsurf.api import frame_pages
 from sparsurf.api.surroundings import with_surroundings
@@ -374,26 +374,12 @@ def page_rows(html, first):
     return next(rows for rows in Page(html).tables if rows[0][0] == first)[1:]
 
 
-def steps(n=5):
-    """PDB text of models that drift by 3 Å, in which the last two residues fold away from the others, and of a water."""
-    water = atom_line("O", "HOH", "A", "90", (40, 0, 0), record="HETATM", element="O")
-    begin, end = (
-        peptide(["ALA"] * k, first=first, origin=at)
-        for k, first, at in ((4, 1, (0, 0, 0)), (2, 5, (12.6, 0, 0)))
-    )
-    models = []
-    for k in range(n):
-        text = moved(begin, 3.0 * k) + moved(end, 3.0 * k + [0, 0.4, 4.0, 8.0, 8.1][k % 5])
-        models.append(f"MODEL     {k + 1:4d}\n{text}TER\n{water}ENDMDL\n")
-    return "".join(models) + "END\n"
-
-
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     """A structure and its trajectory of five frames."""
     folder = tmp_path_factory.mktemp("frames")
-    (folder / "top.pdb").write_text(steps(1))
-    (folder / "run.pdb").write_text(steps())
+    (folder / "top.pdb").write_text(drifting(1))
+    (folder / "run.pdb").write_text(drifting())
     moving = mdtraj.load(str(folder / "run.pdb"))
     moving.time = 7500.0 * np.arange(5)  # ps
     moving.save(str(folder / "run.xtc"))
@@ -612,7 +598,7 @@ def test_the_command_says_first_how_many_frames_there_are_and_names_the_page_aft
     folder, monkeypatch, capsys
 ):
     monkeypatch.chdir(folder)
-    (folder / "one.pdb").write_text(steps(1))
+    (folder / "one.pdb").write_text(drifting(1))
     for options, name, said in (
         (["--trajectory", "run.xtc"], "top_frames.html", "5 frames of 6 residues; about"),
         (["--trajectory", "run.xtc", "--frame", "2"], "top_frame2.html", ""),
