@@ -33,7 +33,7 @@ class Choice(NamedTuple):
 
     Attributes
     ----------
-    source : "module:function", or the function itself
+    source : "module:function", or the function itself; empty for a format from which no dots are read
     label : str, its name in figures and on pages
     meaning : str, one sentence
     unit : str, of its values; empty without one
@@ -71,11 +71,6 @@ class Choice(NamedTuple):
     sniff: Callable[[bytes], bool] | None = None
 
     @property
-    def holds_dots_to_read(self) -> bool:
-        """Of a format, whether it is one of those that a file of dots may have."""
-        return self.is_read and "dots" in self.carries
-
-    @property
     def is_built_in(self) -> bool:
         """Whether the library itself has it: its results need no check."""
         return isinstance(self.source, str) and not self.package
@@ -93,8 +88,8 @@ class Choice(NamedTuple):
         return "built in" if self.is_built_in else f"from {self.address}"
 
 
-def _of_format(source: str, label: str, meaning: str, carries: str, mode: str) -> Choice:
-    """Return the entry of a format: what it carries, in words, and whether it is read (r) and written (w)."""
+def _of_format(label: str, meaning: str, carries: str, mode: str, source: str = "") -> Choice:
+    """Return the entry of a format: what it carries, whether it is read (r) and written (w), and what reads dots from it."""
     parts = tuple(carries.split())
     return Choice(source, label, meaning, carries=parts, is_read="r" in mode, is_written="w" in mode)
 
@@ -116,7 +111,6 @@ KINDS = {
     "format": Kind("surface format", "surface formats", ("content", "path")),
 }
 ATOMS, ORIGIN = ("dots", "mesh", "atoms"), ("dots", "atoms")
-READ_SPHERES, SCENE = "sparsurf.surfaces.spheres:read_spheres", "sparsurf.api.scenes:write_scene"
 # The order is that of help, figures and tables. Of formats, the first that recognises the start of a file reads it.
 TABLE: dict[str, dict[str, Choice]] = {
     "sampler": {
@@ -209,58 +203,49 @@ TABLE: dict[str, dict[str, Choice]] = {
     },
     "format": {
         "parquet": _of_format(
-            "sparsurf.api.frames:write_frames", "Parquet",
-            "A table of the points of many structures, or of the residues in many frames.", "points frames", "w"),
+            "Parquet", "A table of the points of many structures, or of the residues in many frames.", "points frames", "w"),
         "csv": _of_format(
-            "sparsurf.surfaces.formats.csv:FORMAT", "CSV",
+            "CSV",
             "A row with x, y, z, nx, ny and nz for each dot, and a column for each field.",
-            "dots fields atoms residues frames", "rw"),
+            "dots fields atoms residues frames", "rw",
+            "sparsurf.surfaces.formats.csv:FORMAT"),
         "npz": _of_format(
-            "sparsurf.surfaces.formats.npz:FORMAT", "NumPy archive",
+            "NumPy archive",
             "Arrays of the dots, their fields, and triangles if there are any.",
-            "dots triangles fields atoms points residues", "rw"),
+            "dots triangles fields atoms points residues", "rw",
+            "sparsurf.surfaces.formats.npz:FORMAT"),
         "dms": _of_format(
-            "sparsurf.surfaces.formats.dms:FORMAT", "DMS",
-            "The format of the program DMS, which names the atom of every dot.", "dots atoms", "rw"),
+            "DMS", "The format of the program DMS, which names the atom of every dot.", "dots atoms", "rw",
+            "sparsurf.surfaces.formats.dms:FORMAT"),
         "ply": _of_format(
-            "sparsurf.surfaces.formats.ply:FORMAT", "PLY",
+            "PLY",
             "The dots, or the vertices and triangles of a mesh, with fields and colours.",
-            "dots triangles fields colours points", "rw"),
+            "dots triangles fields colours points", "rw",
+            "sparsurf.surfaces.formats.ply:FORMAT"),
         "vert": _of_format(
-            "sparsurf.surfaces.formats.msms:FORMAT", "MSMS",
-            "The vertices of the program MSMS, with their triangles in a .face next to it.",
-            "dots triangles atoms", "rw"),
+            "MSMS",
+            "The vertices of the program MSMS, with their triangles in a .face next to it.", "dots triangles atoms", "rw",
+            "sparsurf.surfaces.formats.msms:FORMAT"),
         "vtp": _of_format(
-            "sparsurf.surfaces.formats.meshes:write_vtp", "VTK PolyData",
-            "The dots or a mesh with all numbers, for ParaView and PyVista.",
-            "dots triangles fields atoms", "w"),
-        "obj": _of_format(
-            "sparsurf.surfaces.formats.meshes:write_by_trimesh", "OBJ",
-            "A mesh, by trimesh.", "triangles colours", "w"),
-        "glb": _of_format(
-            "sparsurf.surfaces.formats.meshes:write_by_trimesh", "glTF",
-            "A mesh, by trimesh.", "triangles colours", "w"),
-        "stl": _of_format("sparsurf.surfaces.formats.meshes:write_by_trimesh", "STL", "A mesh, by trimesh.", "triangles", "w"),
-        "pml": _of_format(SCENE, "PyMOL script", "The dots on their molecule, for PyMOL.", "dots triangles colours", "w"),
-        "pdb": _of_format(SCENE, "PDB", "The dots as atoms, with the shown values as B factors.", "dots triangles colours", "w"),
-        "bild": _of_format(SCENE, "BILD", "The dots as spheres, for ChimeraX.", "dots triangles colours", "w"),
+            "VTK PolyData", "The dots or a mesh with all numbers, for ParaView and PyVista.", "dots triangles fields atoms", "w"),
+        "obj": _of_format("OBJ", "A mesh, by trimesh.", "triangles colours", "w"),
+        "glb": _of_format("glTF", "A mesh, by trimesh.", "triangles colours", "w"),
+        "stl": _of_format("STL", "A mesh, by trimesh.", "triangles", "w"),
+        "pml": _of_format("PyMOL script", "The dots on their molecule, for PyMOL.", "dots triangles colours", "w"),
+        "pdb": _of_format("PDB", "The dots as atoms, with the shown values as B factors.", "dots triangles colours", "w"),
+        "bild": _of_format("BILD", "The dots as spheres, for ChimeraX.", "dots triangles colours", "w"),
         "cxc": _of_format(
-            "sparsurf.api.scenes:chimerax_script", "ChimeraX script",
+            "ChimeraX script",
             "A script NAME.cxc that opens NAME_dots.bild and NAME_molecule.pdb next to it, which are written with it.",
             "script", "w"),
-        "html": _of_format(
-            "sparsurf.api.pages:page_of_surface", "page",
-            "An interactive page of dots, a mesh or the roughness along each chain.", "page", "w"),
-        "png": _of_format(
-            "sparsurf.api.pages:save_picture", "picture",
-            "A picture of the same, for which matplotlib must be installed.", "page", "w"),
-        "xyzr": _of_format(
-            READ_SPHERES, "XYZR", "Position and radius of a sphere in each line, as for the program MSMS.", "spheres", "rw"),
-        "xyzrn": _of_format(READ_SPHERES, "XYZRN", "The same, with a number and the name of the sphere.", "spheres", "rw"),
-        "pqr": _of_format(READ_SPHERES, "PQR", "Atoms with charges and radii, of which the radii are read.", "spheres", "rw"),
-        "sdf": _of_format(READ_SPHERES, "SDF", "A small molecule, whose elements get radii of Bondi.", "spheres", "r"),
-        "mol": _of_format(READ_SPHERES, "MOL", "A small molecule, whose elements get radii of Bondi.", "spheres", "r"),
-        "mol2": _of_format(READ_SPHERES, "MOL2", "A small molecule, whose elements get radii of Bondi.", "spheres", "r"),
+        "html": _of_format("page", "An interactive page of dots, a mesh or the roughness along each chain.", "page", "w"),
+        "png": _of_format("picture", "A picture of the same, for which matplotlib must be installed.", "page", "w"),
+        "xyzr": _of_format("XYZR", "Position and radius of a sphere in each line, as for the program MSMS.", "spheres", "rw"),
+        "xyzrn": _of_format("XYZRN", "The same, with a number and the name of the sphere.", "spheres", "rw"),
+        "pqr": _of_format("PQR", "Atoms with charges and radii, of which the radii are read.", "spheres", "rw"),
+        "sdf": _of_format("SDF", "A small molecule, whose elements get radii of Bondi.", "spheres", "r"),
+        "mol": _of_format("MOL", "A small molecule, whose elements get radii of Bondi.", "spheres", "r"),
+        "mol2": _of_format("MOL2", "A small molecule, whose elements get radii of Bondi.", "spheres", "r"),
     },
 }  # fmt: skip
 # State of the process. What a user registers is a function of this process, often of a notebook, so that no other place can hold
@@ -486,17 +471,7 @@ def suffixes(carried: str = "dots", is_read: bool = False) -> tuple[str, ...]:
 
 def formats_read() -> list[str]:
     """Return the names of the formats of files of dots, in the order in which they are tried."""
-    return [
-        name
-        for name in names("format")
-        if name not in TABLE["format"] or TABLE["format"][name].holds_dots_to_read
-    ]
-
-
-def modules(kind: str) -> set[str]:
-    """Return the modules of the library that hold the functions of a kind; of formats, those that read files of dots."""
-    chosen = (choice for choice in TABLE[kind].values() if kind != "format" or choice.holds_dots_to_read)
-    return {choice.address.partition(":")[0] for choice in chosen}
+    return [name for name in names("format") if name not in TABLE["format"] or TABLE["format"][name].source]
 
 
 def plugins_in_use(kind: str) -> dict[str, Choice]:

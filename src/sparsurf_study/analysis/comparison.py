@@ -27,7 +27,6 @@ log = logging.getLogger("sparsurf")
 
 Method = Callable[[int, np.random.Generator], np.ndarray]  # (n, rng) -> dots
 
-COMPARED_PERCENTS = (2.5, 5.0, 10.0, 20.0, 40.0, 60.0)  # n_S at which samplers are compared, % of the dots
 REFERENCE = "uniform"  # sampler with which the others are compared
 USE = {  # of each measure: the subset as the surface, as patch centres, or only its dots
     "Z full": "surface",  # all but the largest island removed on the full surface
