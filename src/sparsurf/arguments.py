@@ -106,6 +106,8 @@ def frames_between(start: Any, stop: Any, stride: Any) -> slice:
     return slice(first, last, STRIDE.check(stride, "stride"))
 
 
+TOUCHED_AREA: Final = 1.0  # Å^2, that a partner buries of a residue that it touches
+EACH_RESIDUE: Final = "residues"  # as groups: each is a partner
 RANK: Final = "roughness"  # What the residues of a trajectory are ranked by without a request.
 RANK_BY: Final = "sd"
 PLDDT = Limits(0, 100, open_low=False)

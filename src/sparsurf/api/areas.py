@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import logging
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,13 +14,17 @@ from sparsurf.api.inputs import (
     MoleculeLike,
     as_spheres,
     molecule_of_groups,
+    opened_source,
     refuse_dots,
 )
-from sparsurf.arguments import PROBE, RadiiLike
-from sparsurf.errors import InputError
+from sparsurf.arguments import EACH_RESIDUE, PROBE, TOUCHED_AREA, RadiiLike
+from sparsurf.errors import InputError, argument
+from sparsurf.messages import no_warnings
 from sparsurf.molecules.molecule import Molecule
-from sparsurf.molecules.residues import standard_name
+from sparsurf.molecules.read_molecule import molecule_of_files
+from sparsurf.molecules.residues import first_atoms, standard_name
 from sparsurf.molecules.selection import POLYMERS, Groups, Partners, groups_of_atoms, partners_of_atoms
+from sparsurf.molecules.source import Source
 from sparsurf.suggestions import public
 from sparsurf.surfaces.areas import areas_of_spheres, contacts_of_rolled
 from sparsurf.surfaces.dot_placement import roll_checked
@@ -27,10 +32,12 @@ from sparsurf.surfaces.radii import PROBE_RADIUS, check_radii
 from sparsurf.surfaces.radii import radii as radii_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Callable, Iterable
 
     import pandas as pd
     from numpy.typing import ArrayLike
+
+log = logging.getLogger("sparsurf")
 
 # Å^2, the largest accessible area that a residue X can have in Gly-X-Gly: theoretical values of Tien et al., PLoS ONE 8:e80635
 MAX_ACCESSIBLE_AREA = {
@@ -40,7 +47,6 @@ MAX_ACCESSIBLE_AREA = {
 }  # fmt: skip
 MAIN_CHAIN = ("N", "CA", "C", "O", "OXT", "OT1", "OT2", "P", "OP1", "OP2", "OP3", "O1P", "O2P", "O3P")
 POLAR_ELEMENTS = ("N", "O")
-TOUCHED_AREA = 1.0  # Å^2, that a partner buries of a residue that it touches
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,22 +59,24 @@ class Areas:
     excluded : (A,) float64, Å^2, area of the solvent-excluded surface, which the probe touches or bridges
     buried : (A,) float64, Å^2, accessible area of the atom where its partner is alone that the other partners take
     probe_radius : float, Å, of the probe
-    table : name of the table of radii, None for spheres
+    table : table of radii, None for spheres
     molecule : Molecule, or None for spheres
     frame : int, position of its frame
     partners : the partner of each atom, its group or by default its chain or ligand; None for spheres
     has_groups : bool, whether groups were named
+    with_ligands : returns the molecule with all ligands of its file, which `contacts` adds; None if it was said what is read
     """
 
     accessible: NDArray[np.float64]
     excluded: NDArray[np.float64]
     buried: NDArray[np.float64]
     probe_radius: float
-    table: str | None = None
+    table: RadiiLike | None = None
     molecule: Molecule | None = None
     frame: int = 0
     partners: Partners | None = None
     has_groups: bool = False
+    with_ligands: Callable[[], Molecule] | None = None
 
     def __repr__(self) -> str:
         return (
@@ -99,12 +107,13 @@ class Areas:
         The relative area is the accessible one over the largest that the residue can have (Tien et al., PLoS ONE 8:e80635, 2013);
         NaN for residues that have no such maximum, such as nucleotides and ligands. The parts are those of `main_chain` and
         `side_chain` of polymers, neither of which counts ligands, and of `polar` atoms (N and O) and all others (`apolar`);
-        hydrogens count as the atom that they are bonded to.
+        hydrogens count as the atom that they are bonded to. `share_buried` is the share that other partners bury of the area
+        without them.
         """
         molecule, _ = self._known("residues")
         table = molecule.residues.assign(**self._sums(molecule.residue_index))
         table.insert(5, "relative", table["accessible"] / maximal_areas(table["residue_name"].to_numpy(str)))
-        return table
+        return table.assign(share_buried=table["buried"] / (table["accessible"] + table["buried"]))
 
     @cached_property
     def chains(self) -> pd.DataFrame:
@@ -118,14 +127,19 @@ class Areas:
 
     @cached_property
     def contacts(self) -> pd.DataFrame:
-        """Table of contacts: chain, residue, residue_name, partner, and the area of the residue that the partner buries.
+        """Table of contacts: chain, residue, residue_name, partner, the area that it buries, Å^2, and their distance.
 
-        The area is that of the residue's group and the partner where only these two are present. Pairs that bury nothing are
-        left out.
+        The area is that of the residue's group and the partner where only these two are present, and the distance, Å, that of
+        their nearest atoms. Pairs that bury nothing are left out. All ligands of a path are partners here, although all other
+        areas are those without them; of a Molecule, those that it has.
         """
         molecule, partners = self._known("contacts")
-        atom, partner, buried = self._contacts
-        return table_of_contacts(molecule, partners, molecule.residue_index[atom], partner, buried)
+        if self.with_ligands is not None:
+            with no_warnings():  # of what the first reading told
+                whole = self.with_ligands()
+            molecule = without_overlaps(whole, self.frame)
+            partners = partners_of_atoms(molecule)
+        return table_of_contacts(molecule, self.frame, partners, *self._contacts(molecule, partners))
 
     @cached_property
     def pairs(self) -> pd.DataFrame:
@@ -135,8 +149,8 @@ class Areas:
         """
         import pandas as pd
 
-        _, partners = self._known("pairs")
-        atom, other, buried = self._contacts
+        molecule, partners = self._known("pairs")
+        atom, other, buried = self._contacts(molecule, partners)
         names, n = np.array(partners.names), len(partners.names)
         pair = partners.number[atom] * n + other
         sums = np.bincount(pair, buried, n * n)
@@ -145,10 +159,8 @@ class Areas:
         column = "group" if self.has_groups else "chain"
         return pd.DataFrame({column: names[first], "other": names[second], "buried": sums[listed]})
 
-    @cached_property
-    def _contacts(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Atoms, the partners that bury some of their area, and that area."""
-        molecule, partners = self._known("contacts")
+    def _contacts(self, molecule: Molecule, partners: Partners) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return atoms, the partners that bury some of their area, and that area."""
         xyz, radii = molecule.xyz[self.frame].round(3), radii_of(molecule, self.table or "dms")
         rolled = roll_checked(xyz, radii, self.probe_radius, in_order=True)
         return contacts_of_rolled(rolled, partners.number)
@@ -197,7 +209,7 @@ def areas(
         Partners that bury each other, as 'H,L+G' or ["H,L", "G"]. A group lists chains, ranges of residues such as 'A:10-52' and
         names of ligands; an atom belongs to the group that names it most closely: by its ligand, else by its range, else by its
         chain, whose letter ligands may bear. Atoms of no group are absent. By default, each chain of polymers and each ligand
-        that is read is a partner by itself, and all waters together are one.
+        that is read is a partner by itself, and all waters together are one. 'residues' makes each residue a partner.
 
     Returns
     -------
@@ -205,7 +217,8 @@ def areas(
         `accessible`, `excluded` and `buried` (A,) in Å^2; the tables `atoms`, `residues`, `chains` and `groups` with their sums.
         That of residues has the accessible area as a share of the largest possible one (`relative`), and all but that of atoms
         have the accessible area of main chains, side chains, polar and apolar atoms. The table `pairs` has the area of each
-        partner that each other one buries, and the table `contacts` that of each residue.
+        partner that each other one buries, and the table `contacts` that of each residue, with its
+        distance. `contacts` of a path has rows of all ligands of the file; all other areas are those without them.
 
     Raises
     ------
@@ -229,18 +242,25 @@ def areas(
     probe_radius = PROBE.check(probe_radius, "probe_radius")
     radii = check_radii(radii)
     refuse_dots("areas", molecule)
-    if groups is not None:
+    by_residue = isinstance(groups, str) and groups == EACH_RESIDUE
+    if groups is not None and not by_residue:
         molecule = molecule_of_groups(molecule, groups)
     atoms, xyz, atom_radii = as_spheres(molecule, frame, radii)
     if atoms is None:
+        if by_residue:
+            raise InputError("areas: spheres have no residues; leave groups out.")
         computed = areas_of_spheres(xyz, atom_radii, probe_radius, np.zeros(len(atom_radii), int))
         return Areas(computed.accessible, computed.excluded, computed.buried, probe_radius)
-    partners = partners_of_atoms(atoms) if groups is None else groups_of_atoms(atoms, groups)
+    partners = (
+        groups_of_atoms(atoms, groups) if groups and not by_residue else partners_of_atoms(atoms, by_residue)
+    )
     refuse_overlapping_partners(atoms, partners, xyz)
     computed = areas_of_spheres(xyz, atom_radii, probe_radius, partners.number)
+    source = opened_source(molecule)
+    is_default = groups is None and isinstance(source, Source)
     return Areas(
-        computed.accessible, computed.excluded, computed.buried, probe_radius, str(radii), atoms, frame, partners,
-        groups is not None,
+        computed.accessible, computed.excluded, computed.buried, probe_radius, radii, atoms, frame, partners,
+        groups is not None, partial(molecule_of_files, source, None, {"ligands": True}) if is_default else None,
     )  # fmt: skip
 
 
@@ -263,14 +283,27 @@ def parts_of_residues(molecule: Molecule, frame: int) -> dict[str, np.ndarray]:
 
 
 def table_of_contacts(
-    molecule: Molecule, partners: Partners, residue: np.ndarray, partner: np.ndarray, buried: np.ndarray
+    molecule: Molecule,
+    frame: int,
+    partners: Partners,
+    atom: np.ndarray,
+    partner: np.ndarray,
+    buried: np.ndarray,
 ) -> pd.DataFrame:
-    """Return the table of contacts of residues (n,) with partners (n,), in which equal ones are summed."""
-    n = len(partners.names)
-    sums = np.bincount(residue * n + partner, buried)
+    """Return the table of contacts of atoms (n,) with partners (n,), summed by residue, with the distance of nearest atoms, Å."""
+    from scipy.spatial import cKDTree  # here: it takes a quarter of a second to load
+
+    n, xyz = len(partners.names), molecule.xyz[frame]
+    sums = np.bincount(molecule.residue_index[atom] * n + partner, buried)
     listed = np.flatnonzero(sums)
-    table = molecule.residues.iloc[listed // n].reset_index(drop=True)
-    return table.assign(partner=np.array(partners.names)[listed % n], buried=sums[listed])
+    residue, other = np.divmod(listed, n)
+    trees = {k: cKDTree(xyz[partners.number == k]) for k in np.unique(other).tolist()}
+    atoms = np.split(xyz, first_atoms(molecule.residue_index)[1:])
+    distance = [
+        np.min(trees[k].query(atoms[row])[0]) for row, k in zip(residue.tolist(), other.tolist(), strict=True)
+    ]
+    table = molecule.residues.iloc[residue].reset_index(drop=True)
+    return table.assign(partner=np.array(partners.names)[other], buried=sums[listed], distance=distance)
 
 
 def contacts_over_frames(
@@ -309,14 +342,31 @@ def maximal_areas(residue_name: np.ndarray) -> np.ndarray:
 
 def refuse_overlapping_partners(molecule: Molecule, partners: Partners, xyz: np.ndarray) -> None:
     """Raise InputError if atoms of two partners have the same position: which buries which cannot be said."""
-    if len(partners.names) == 1:
-        return
+    first, second = _overlaps(partners, xyz)
+    if len(first):
+        labels = " and ".join(molecule.residue_label(atom) for atom in (first[0], second[0]))
+        raise InputError(
+            f"areas: {len(first)} atoms lie at the position of an atom of another chain or ligand, the first ones in {labels}; "
+            "choose chains and ligands that do not overlap."
+        )
+
+
+def _overlaps(partners: Partners, xyz: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the atoms (n,) and (n,) of different partners that have the same position."""
     _, first, position = np.unique(xyz, axis=0, return_index=True, return_inverse=True)
     twin = first[position.ravel()]
     twice = np.flatnonzero(partners.number != partners.number[twin])
-    if len(twice):
-        labels = " and ".join(molecule.residue_label(atom) for atom in (twin[twice[0]], twice[0]))
-        raise InputError(
-            f"areas: {len(twice)} atoms lie at the position of an atom of another chain or ligand, the first ones in {labels}; "
-            "choose chains and ligands that do not overlap."
+    return twin[twice], twice
+
+
+def without_overlaps(molecule: Molecule, frame: int) -> Molecule:
+    """Return a molecule without its ligands that have an atom at the position of one of another partner, as a warning says."""
+    atoms = np.concatenate(_overlaps(partners_of_atoms(molecule), molecule.xyz[frame].round(3)))
+    overlapping = np.isin(molecule.residue_index, molecule.residue_index[atoms]) & (molecule.kind == "other")
+    if overlapping.any():
+        names = ", ".join(
+            dict.fromkeys(molecule.residue_label(k) for k in np.flatnonzero(overlapping).tolist())
         )
+        message = "areas: contacts leave out %s, which overlaps another chain or ligand; choose %s that do not overlap"
+        log.warning(message, names, argument("ligands"))
+    return molecule.take(~overlapping)

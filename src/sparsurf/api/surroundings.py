@@ -14,6 +14,7 @@ from sparsurf.api.areas import (
     refuse_overlapping_partners,
     sums_of_contacts,
 )
+from sparsurf.arguments import TOUCHED_AREA
 from sparsurf.errors import InputError
 from sparsurf.messages import no_warnings
 from sparsurf.molecules.molecule import Molecule
@@ -34,7 +35,6 @@ if TYPE_CHECKING:
 
 log = logging.getLogger("sparsurf")
 
-LEAST_BURIED = 0.5  # Å^2, of a row
 NEAR_MOLECULE = 6.0  # Å, from a ligand that is drawn to the molecule
 SAME_POSITION = 0.01  # Å
 MAX_NAMED = 6  # A sentence names at most so many residues.
@@ -129,7 +129,7 @@ def contacts_on_page(drawn: Molecule, frames: Iterable[np.ndarray], rules: Rules
     first = first_atoms(drawn.residue_index)
     table["own"] = partners.labels[first[table["number"]]]
     table["together"] = together[table["number"]] / len(found)
-    table = table[table["mean"] >= LEAST_BURIED]
+    table = table[table["mean"] >= TOUCHED_AREA]
     return table.sort_values("mean", ascending=False, kind="stable", ignore_index=True)
 
 

@@ -4,6 +4,8 @@ import argparse
 from typing import Any
 
 from sparsurf.api import writing
+from sparsurf.api.inputs import is_file_of_spheres
+from sparsurf.arguments import TOUCHED_AREA
 from sparsurf.cli import folders, options, outputs
 from sparsurf.errors import InputError
 from sparsurf.files import pluralise
@@ -14,17 +16,20 @@ WITH_RESIDUES = ("atoms", "residues", "contacts")  # tables with rows of residue
 EXAMPLES = f"""\
 The table has a row for each residue: its solvent-accessible and its solvent-excluded area (Å^2), the accessible area as a share
 of the largest one that the residue can have (relative; theoretical maxima of Tien et al., 2013; blank for residues that have
-none), the accessible area that its partners bury (Å^2), and the accessible area of its main chain, its side chain, its polar
-atoms (N, O) and its other atoms. The areas are exact and need no dots. They count the walls of cavities. The maxima are for
-residues without hydrogens and depend on the radii, so that a share may exceed 1.
+none), the accessible area that its partners bury (Å^2), the accessible area of its main chain, its side chain, its polar atoms
+(N, O) and its other atoms, and the share that its partners bury of its area without them (share_buried). The areas are exact and
+need no dots. They count the walls of cavities. The maxima are for residues without hydrogens and depend on the radii, so that a
+share may exceed 1.
 --selection and --chains say what is present; --residues reports rows of the whole.
 
-What buries what: each chain of polymers and each ligand that is read (--ligands) is a partner by itself. --groups H,L+G names
-partners: groups with + between, each a list of chains, ranges of residues (A:10-52) and ligands. An atom belongs to the group
-that names it most closely, by its ligand, else its range, else its chain; atoms of no group are absent.
+What buries what: each chain of polymers and each ligand that is read (--ligands HEM,ZN, or all) is a partner by itself. --groups
+H,L+G names partners: groups with + between, each a list of chains, ranges of residues (A:10-52) and ligands. An atom belongs to
+the group that names it most closely, by its ligand, else its range, else its chain; atoms of no group are absent. --groups
+residues makes each residue a partner.
 --of pairs writes two rows for each pair that touches: the area of the first partner (group or chain) that the other buries
 where both are alone, and the reverse; half of their sum is the area of the interface. --of contacts writes that of each residue,
---of groups and --of chains the areas of each partner.
+with its distance from the partner (that of the two nearest atoms, Å), --of groups and --of chains the areas of each partner.
+--of contacts has rows of all ligands, unless --ligands, --selection or --groups says what is read; they change no other row.
 
 FILE may also hold radii (.xyzr .xyzrn .pqr) or the elements of a small molecule (.sdf .mol .mol2), which get radii of Bondi; the
 table is then one of atoms.
@@ -70,23 +75,35 @@ def run(args: argparse.Namespace) -> None:
     writing.write_table(
         args.output, table, column=args.column, molecule=computed.molecule, frame=computed.frame
     )
-    message = (
-        f"{pluralise(len(table), 'row', separator=',')}, {computed.accessible.sum():,.1f} Å^2 accessible, "
-    )
-    message += f"{computed.excluded.sum():,.1f} Å^2 excluded"
-    buried = f", {computed.buried.sum():,.1f} Å^2 buried between partners" if computed.buried.any() else ""
-    outputs.report(args, message + buried)
+    message = pluralise(len(table), "row", separator=",")
+    if args.of == "contacts":
+        message += (
+            f", of which {(table['buried'] >= TOUCHED_AREA).sum():,} touch, by {TOUCHED_AREA:g} Å^2 or more"
+        )
+    else:
+        message += (
+            f", {computed.accessible.sum():,.1f} Å^2 accessible, {computed.excluded.sum():,.1f} Å^2 excluded"
+        )
+        message += (
+            f", {computed.buried.sum():,.1f} Å^2 buried between partners" if computed.buried.any() else ""
+        )
+    outputs.report(args, message)
 
 
 def _computed(args: argparse.Namespace) -> tuple[Any, Any]:
     """Return the table of FILE, and its areas."""
-    from sparsurf.api.areas import areas  # here: wrong arguments need no kernels
+    from sparsurf.api.areas import areas, without_overlaps  # here: wrong arguments need no kernels
 
     rules = options.placement_options(args)
     del rules["cavities"]  # no option of this command
+    with_ligands = args.of == "contacts" and args.ligands is args.selection is args.groups is None
+    if with_ligands := with_ligands and not is_file_of_spheres(args.file):
+        args.ligands = "all"
     source, of_molecule = options.read_spheres_or_atoms(args, "areas of")
     if not of_molecule and args.of not in (None, "atoms"):
         raise InputError(f"--of: {args.file} holds spheres, which have no {args.of}; leave the option out.")
+    if with_ligands:
+        source = without_overlaps(source, args.frame or 0)
     computed = areas(source, groups=args.groups, **rules, **of_molecule)
     table = getattr(computed, args.of or ("residues" if of_molecule else "atoms"))
     if args.residues is not None and computed.molecule is not None:

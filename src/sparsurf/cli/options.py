@@ -20,6 +20,7 @@ from sparsurf.arguments import (
     CAVITIES,
     D_LINK,
     DEFAULT_SEED,
+    EACH_RESIDUE,
     FRAME,
     JOBS,
     LENGTH,
@@ -157,7 +158,10 @@ def add_molecule(parser: argparse.ArgumentParser, *, with_frame: bool = True) ->
         help="atoms that are present, as an mdtraj expression, in which residue is the number in the file, and resid counts"
         " from 0; 'all' for every atom (default: protein)",
     )
-    atoms.add_argument("--ligands", help="residue names to include with the protein, such as HEM,ZN")
+    atoms.add_argument(
+        "--ligands",
+        help="residue names to include with the protein, such as HEM,ZN, of which FILE needs one; all: all but waters and ions",
+    )
     several = atoms.add_mutually_exclusive_group()
     help_text = "number of the only model to read, as written in the file (default: all models, as frames)"
     if any(action.dest == "reconstruction" for action in parser._actions):
@@ -456,7 +460,8 @@ def read_atoms(args: argparse.Namespace, of_frames: Mapping[str, Any] | None = N
     """
     keys = {key: getattr(args, key) for key in ATOM_OPTIONS}
     keys["assembly"] = keys.pop("assembly_name") or bool(keys["assembly"])
-    keys["groups"] = getattr(args, "groups", None)
+    groups = getattr(args, "groups", None)
+    keys["groups"] = None if groups == EACH_RESIDUE else groups
     keys["ligands"] = False if keys["ligands"] is None else keys["ligands"]
     with heard(args.file) as args.heard:
         molecule = read_molecule(source_of(args), args.trajectory, **(of_frames or {}), **keys)

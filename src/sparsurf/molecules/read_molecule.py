@@ -89,7 +89,8 @@ def read_molecule(
     hydrogens : {'keep', 'remove'}
         Whether explicit hydrogens are read (default 'keep').
     ligands : bool, str or list of str
-        Names of ligands to read with the protein, or True for all but waters and ions (default False, none).
+        Names of ligands to read with the protein, of which one at least must be there, or True or 'all' for all but waters and
+        ions (default False, none).
     stride, start, stop, times : int; sequence of float, optional
         Every stride-th frame is read (default 1, all frames), from position `start` (default 0) up to the one before `stop`
         (default to the end), or only the first frame and those at these times, ps.

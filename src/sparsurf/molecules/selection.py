@@ -71,12 +71,13 @@ def select_atoms(
     Without `selection`, these are the protein residues, or all polymer residues if chains are named (as in 'A:10-52'),
     and the named ligands. With it, these are the atoms of the expression, and the ligands. Chains and residues restrict
     either. In ranges, a chain applies to those after it; in a chain with insertion codes, they follow its order. `ligands`
-    True is all but waters and ions. With `groups`, only atoms of these groups are selected: of all polymers, and of the
-    ligands that are named among them or by `ligands`.
+    True, or 'all', is all but waters and ions; of several names, those that the input has. With `groups`, only atoms of these
+    groups are selected: of all polymers, and of the ligands that are named among them or by `ligands`.
     `split` are chains of the input that hold several molecules with the same residue numbers, and their identifiers.
     With `report`, the residues that are left out are logged.
     """
     ranges = None if residues is None else _as_list(residues, "residues", "A:10-52A,60")
+    ligands = True if isinstance(ligands, str) and ligands == "all" else ligands
     in_chains = _in_chains(molecule, chains)
     in_residues = _in_residues(molecule, ranges, report, in_chains, split)
     within = in_chains & in_residues
@@ -311,7 +312,9 @@ def _in_ligands(molecule: AtomsLike, ligands: bool | str | Sequence[str]) -> np.
     if isinstance(ligands, str) or _asked_for(ligands):
         names = split_names(",".join(_as_list(ligands, "ligands", "HEM,ZN")), "ligands", "HEM,ZN")
     absent = [name for name in names if name not in molecule.residue_name]
-    if absent:
+    if absent and len(absent) < len(names):  # such as a list for all structures of a folder
+        log.warning("%s has no ligand %s", FILE, ", ".join(absent))
+    elif absent:
         present = set(molecule.residue_name[~np.isin(molecule.kind, POLYMERS)].tolist())
         listed = ", ".join(sorted(present)) or "nothing"
         raise InputError(
@@ -377,11 +380,14 @@ def _report_absent(molecule: AtomsLike, selected: np.ndarray, within: np.ndarray
         log.warning(message, FILE, n_absent)
 
 
-def partners_of_atoms(molecule: AtomsLike) -> Partners:
-    """Return the default partners: each chain of polymers, each ligand by itself, as 'HEM 154 A', and all waters together."""
+def partners_of_atoms(molecule: AtomsLike, by_residue: bool = False) -> Partners:
+    """Return the default partners: each chain of polymers, each ligand by itself, as 'HEM 154 A', and all waters together.
+
+    With `by_residue`, each residue of polymers is a partner as well.
+    """
     _, first, residue = np.unique(molecule.residue_index, return_index=True, return_inverse=True)
     labels, counts = molecule.chain[first].tolist(), Counter[str]()
-    for k in np.flatnonzero(~np.isin(molecule.kind[first], POLYMERS)).tolist():
+    for k in np.flatnonzero(by_residue | ~np.isin(molecule.kind[first], POLYMERS)).tolist():
         atom = first[k]
         label = f"{molecule.residue_name[atom]} {molecule.residue[atom]} {molecule.chain[atom]}".strip()
         counts[label] += 1

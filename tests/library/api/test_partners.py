@@ -110,7 +110,7 @@ def test_contacts_are_those_of_two_partners_alone_and_sum_to_pairs(path):
     molecule = sparsurf.read_molecule(path, ligands="LIG")
     areas = sparsurf.areas(molecule, radii="bondi")
     partners, contacts = partners_of_atoms(molecule), areas.contacts
-    assert list(contacts) == ["chain", "residue", "residue_name", "partner", "buried"]
+    assert list(contacts) == ["chain", "residue", "residue_name", "partner", "buried", "distance"]
     for this, that in (("A", "B"), ("B", "A"), ("B", "LIG 501 A"), ("LIG 501 A", "C")):
         expected = buried_of(molecule, partners.labels == this, partners.labels == that)
         of_residues = pd.Series(expected).groupby(molecule.residue_index).sum()
@@ -122,6 +122,65 @@ def test_contacts_are_those_of_two_partners_alone_and_sum_to_pairs(path):
     assert sums.to_dict() == pytest.approx(areas.pairs.groupby("other")["buried"].sum().to_dict())
     both = areas.pairs.set_index(["chain", "other"])["buried"]
     assert ("A", "C") not in both.index and both["A", "B"] != pytest.approx(both["B", "A"], abs=0.1)
+
+
+def test_contacts_of_a_file_have_rows_of_its_ligands_and_all_other_areas_are_without_them(path, tmp_path):
+    found = sparsurf.areas(path)
+    whole = sparsurf.areas(sparsurf.read_molecule(path, ligands=True))
+    pd.testing.assert_frame_equal(found.contacts, whole.contacts)
+    alone = sparsurf.areas(sparsurf.read_molecule(path))
+    for table in ("residues", "pairs", "chains"):
+        pd.testing.assert_frame_equal(getattr(found, table), getattr(alone, table))
+    without = whole.contacts[
+        ~(whole.contacts["partner"] + whole.contacts["residue_name"]).str.contains("LIG")
+    ]
+    pd.testing.assert_frame_equal(without.reset_index(drop=True), alone.contacts)
+    command.main(["areas", str(path), "--of", "contacts", "-o", str(tmp_path / "contacts.csv")])
+    written = pd.read_csv(tmp_path / "contacts.csv", dtype={"residue": str})
+    pd.testing.assert_frame_equal(written, whole.contacts, check_dtype=False, rtol=1e-6)
+
+
+def test_the_distance_of_a_contact_is_that_of_the_nearest_atoms(path):
+    molecule = sparsurf.read_molecule(path, ligands="all")
+    labels = partners_of_atoms(molecule).labels
+    for row in sparsurf.areas(molecule).contacts.itertuples():
+        own = (molecule.chain == row.chain) & (molecule.residue == row.residue)
+        steps = molecule.xyz[0][own][:, None] - molecule.xyz[0][labels == row.partner]
+        assert row.distance == pytest.approx(np.linalg.norm(steps, axis=2).min(), abs=1e-9)
+
+
+def test_a_ligand_at_the_place_of_the_protein_is_left_out_of_contacts_and_named(tmp_path, caplog):
+    of_side_chain = next(line for line in complex_of().splitlines() if " CB  SER" in line)
+    place = [float(of_side_chain[k : k + 8]) for k in (30, 38, 46)]
+    text = complex_of() + atom_line("C1", "BAD", "A", "700", place, record="HETATM")
+    text += atom_line("C2", "BAD", "A", "700", np.add(place, (0.9, 1.2, 0)), record="HETATM")
+    overlapping = write(tmp_path / "overlapping.pdb", text + "END\n")
+    right = sparsurf.areas(write(tmp_path / "three.pdb", complex_of() + "END\n")).contacts
+    pd.testing.assert_frame_equal(sparsurf.areas(overlapping).contacts, right)
+    assert "BAD 700 A" in caplog.text and "LIG 500" not in caplog.text
+    command.main(["areas", str(overlapping), "--of", "contacts", "-o", str(tmp_path / "contacts.csv")])
+    assert len(pd.read_csv(tmp_path / "contacts.csv")) == len(right)
+
+
+def test_each_residue_is_a_partner_if_asked_for(path):
+    areas = sparsurf.areas(path, radii="bondi", groups="residues")
+    labels = np.array([areas.molecule.residue_label(k) for k in range(areas.molecule.n_atoms)])
+    rows = areas.contacts.set_index(["chain", "residue", "partner"])["buried"]
+    for own, other in (("SER 2 A", "LYS 3 A"), ("LYS 3 A", "LYS 3 B")):
+        _, residue, chain = own.split()
+        expected = buried_of(areas.molecule, labels == own, labels == other).sum()
+        assert rows[chain, residue, other] == pytest.approx(expected, abs=2 * FAR) and expected > 5
+    alone = tried(areas.molecule, labels == "ALA 1 A").sum()
+    first = areas.residues.iloc[0]
+    assert first["share_buried"] == pytest.approx(1 - first["accessible"] / alone, abs=0.01)
+
+
+def test_of_a_list_of_ligands_those_that_a_file_has_are_read(path, caplog):
+    found = sparsurf.read_molecule(path, ligands=["LIG", "HEM"])
+    assert (found.residue_name == sparsurf.read_molecule(path, ligands="all").residue_name).all()
+    assert "has no ligand HEM" in caplog.text
+    with pytest.raises(InputError, match="has no ligand HEM, ZN"):
+        sparsurf.read_molecule(path, ligands=["HEM", "ZN"])
 
 
 def test_main_chains_side_chains_and_polar_atoms_have_the_areas_of_their_atoms(tmp_path):
@@ -278,7 +337,7 @@ def test_contacts_pairs_and_the_page_agree_on_a_dimer_with_its_ligand(shared):
     pd.testing.assert_series_equal(sums, pairs.sort_index(), check_names=False)
     page = contacts_on_page(molecule, [molecule.xyz[0]], Placement())
     names = {f"chain {name}": name for name in "AB"}
-    listed = areas.contacts[areas.contacts["buried"] >= 0.5].sort_values("buried", ascending=False)
+    listed = areas.contacts[areas.contacts["buried"] >= 1].sort_values("buried", ascending=False)
     assert page["mean"].tolist() == pytest.approx(listed["buried"].tolist())
     assert page["partner"].replace(names).tolist() == listed["partner"].tolist()
     labels = molecule.residues.iloc[page["number"]]
