@@ -54,6 +54,7 @@ def compile_surfaces() -> None:
     from sparsurf.surfaces.dot_placement import roll_probe
     from sparsurf.surfaces.exact_distance import distance_of_dots, exact_distance
     from sparsurf.surfaces.molecular_surface import molecular_surface, roll_spheres
+    from sparsurf.surfaces.pieces import pieces_of, shapes_of
     from sparsurf.surfaces.radii import PROBE_RADIUS
     from sparsurf.views import render
 
@@ -75,6 +76,7 @@ def compile_surfaces() -> None:
     roll_probe(centres, radii, PROBE_RADIUS, exact=True, before=fewer)  # as for atoms that are inferred later
     rolled = roll_spheres(*helix(), PROBE_RADIUS)
     exact_distance(points, rolled)
+    shapes_of(rolled, pieces_of(rolled))
     distance_of_dots(points, normals, rolled)
     camera = render.aim(points, np.eye(3), (20, 20))  # as for pictures, which need matplotlib
     render.picture(render.draw_surface(points, normals, (0.5, 0.5, 0.5), camera))

@@ -189,13 +189,13 @@ def _areas_by_kind(
 
 
 @njit()
-def _triangle(a: Vector, b: Vector, c: Vector) -> float:
+def triangle(a: Vector, b: Vector, c: Vector) -> float:
     """Return the signed area of a triangle on the unit sphere, positive counterclockwise, up to a multiple of 4 pi."""
     return 2 * math.atan2(dot(a, cross(b, c)), 1 + dot(a, b) + dot(b, c) + dot(c, a))
 
 
 @njit()
-def _cone(axis: Vector, height: float, e1: Vector, e2: Vector, low: float, high: float) -> float:
+def cone(axis: Vector, height: float, e1: Vector, e2: Vector, low: float, high: float) -> float:
     """Return the signed area between the pole and an arc of a circle on the unit sphere, outside of its cap on the left.
 
     The cap lies beyond `height` along the axis. Positions on the circle are height axis + r (cos phi e1 + sin phi e2), where
@@ -210,7 +210,7 @@ def _cone(axis: Vector, height: float, e1: Vector, e2: Vector, low: float, high:
         position = add_scaled(middle, radius * math.cos(phi), e1)
         position = add_scaled(position, radius * math.sin(phi), e2)
         if k > 0:
-            area += _triangle(POLE, previous, position) - _triangle(opposite, previous, position)
+            area += triangle(POLE, previous, position) - triangle(opposite, previous, position)
         previous = position
     return area
 
@@ -224,10 +224,10 @@ def _add_cones(rolling: Rolling, left_out: np.ndarray, solid: np.ndarray) -> Non
         arc = rolling.arcs[b]
         axis, e1, e2 = vector_at(arc, U), vector_at(arc, E1), vector_at(arc, E2)
         low, high = arc[PHI_0], arc[PHI_1]
-        solid[rolling.pair[b, 0]] += _cone(axis, -math.sin(arc[THETA_I]), e1, e2, low, high)
+        solid[rolling.pair[b, 0]] += cone(axis, -math.sin(arc[THETA_I]), e1, e2, low, high)
         # Seen from the other atom, the axis and the sense of phi are reversed
         axis, e2 = (-axis[0], -axis[1], -axis[2]), (-e2[0], -e2[1], -e2[2])
-        solid[rolling.pair[b, 1]] += _cone(axis, math.sin(arc[THETA_J]), e1, e2, -high, -low)
+        solid[rolling.pair[b, 1]] += cone(axis, math.sin(arc[THETA_J]), e1, e2, -high, -low)
 
 
 @njit()
@@ -347,7 +347,7 @@ def _area_outside(caps: np.ndarray, n: int) -> float:
                 m = cut_out(parts, m, math.atan2(p2, p1) - half, half, k, remaining)
                 parts, remaining = remaining, parts
         if m == UNCUT:
-            area += _cone(axis, height, e1, e2, 0.0, 2 * math.pi)
+            area += cone(axis, height, e1, e2, 0.0, 2 * math.pi)
         for p in range(m):
-            area += _cone(axis, height, e1, e2, parts[p, 0], parts[p, 1])
+            area += cone(axis, height, e1, e2, parts[p, 0], parts[p, 1])
     return max(0.0, area - 4 * math.pi * round(area / (4 * math.pi)))

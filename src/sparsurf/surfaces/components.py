@@ -411,7 +411,7 @@ def set_of_arcs(joined: np.ndarray) -> np.ndarray:
 
 
 @njit()
-def _join_two(joined: np.ndarray, first: int, second: int) -> bool:
+def join_two(joined: np.ndarray, first: int, second: int) -> bool:
     """Join the sets of two arcs; return whether they were two."""
     a, b = _root(joined, first), _root(joined, second)
     joined[max(a, b)] = min(a, b)
@@ -422,7 +422,7 @@ def _join_two(joined: np.ndarray, first: int, second: int) -> bool:
 def _join(joined: np.ndarray, first: np.ndarray, second: np.ndarray) -> None:
     """Join the sets of pairs of arcs, (n,) each."""
     for k in range(len(first)):
-        _join_two(joined, first[k], second[k])
+        join_two(joined, first[k], second[k])
 
 
 def _ends(arcs: np.ndarray) -> np.ndarray:
@@ -497,7 +497,7 @@ def _join_patches(
         arcs = order[first[atom] : first[atom + 1]]
         patch = _patches_of_atom(arcs, meeting, rolling, atom)
         for a in range(len(arcs)):
-            _join_two(joined, arcs[patch[a]], arcs[a])
+            join_two(joined, arcs[patch[a]], arcs[a])
 
 
 @njit()
@@ -528,7 +528,7 @@ def _loops(arcs: np.ndarray, meeting: np.ndarray) -> np.ndarray:
         for b in range(a):
             for end in meeting[arcs[a]]:
                 if end >= 0 and (end == meeting[arcs[b], 0] or end == meeting[arcs[b], 1]):
-                    _join_two(loop, a, b)
+                    join_two(loop, a, b)
     return set_of_arcs(loop)
 
 
@@ -556,7 +556,7 @@ def _n_covered_parts(axis: np.ndarray, half: np.ndarray) -> int:
             if _root(joined, a) != _root(joined, b):
                 cosine = min(1.0, max(-1.0, dot(point(axis, a), point(axis, b))))
                 if math.acos(cosine) < half[a] + half[b]:
-                    _join_two(joined, a, b)
+                    join_two(joined, a, b)
                     n -= 1
     return n
 
@@ -586,7 +586,7 @@ def _join_facing(
             if _root(loop, owner[a]) != _root(loop, owner[b]) and _is_free(
                 point(points, a), point(points, b), axis_of_cap, cosine_of_cap
             ):
-                _join_two(loop, owner[a], owner[b])
+                join_two(loop, owner[a], owner[b])
                 n_joins -= 1
 
 
