@@ -92,6 +92,7 @@ CALLS = [
     ("frames", lambda g, **k: sparsurf.frames(g.pdb, **k).residues, {}, {"groups": "A:1-2+A:3-5,B"}),
     ("frames", lambda g, **k: sparsurf.frames(PROTEIN, **k), {}, {"cavities": "remove"}),
     ("frames", lambda g, **k: sparsurf.frames(PROTEIN, **k), {"stride": 700}, MOVING),
+    ("frames", lambda g, **k: sparsurf.frames(PROTEIN, **k), {"stride": 700} | MOVING, {"start": 700, "stop": 700}),
     ("depth", lambda g, **k: sparsurf.depth(g.frames, **k), {}, {"frame": 1, "probe_radius": 1.6, "radii": "bondi"}),
     ("depth", lambda g, **k: sparsurf.depth(PROTEIN, **k), {}, {"cavities": "keep"}),
     ("minimal", lambda g, **k: sparsurf.minimal(g.dots, **k), {"percent": 10}, {
@@ -121,12 +122,13 @@ CALLS = [
         "roughness_values": np.zeros(10), "kept": [3, 4], "weight": [7]}),
     ("regions", lambda g, **k: sparsurf.regions(g.dots, **k), {"field": "hydropathy", "above": 0}, {
         "field": "mean_curvature", "above": 1, "below": {"above": None, "below": 0}, "min_area": 9000}),
+    ("regions", lambda g, **k: sparsurf.regions(sparsurf.surface(g.pdb, **k), "hydropathy", above=0), {}, {"d_link": 3.0}),
     ("read_molecule", lambda g, **k: sparsurf.read_molecule(g.pdb, **k), {}, {
         "selection": "backbone", "chains": "B", "residues": "A:1-2", "model": 1, "altloc": "highest", "hydrogens": "remove",
         "ligands": "LIG", "groups": "A+LIG"}),
     ("read_molecule", lambda g, **k: sparsurf.read_molecule(PROTEIN, **k), {}, MOVING),
     ("read_molecule", lambda g, **k: sparsurf.read_molecule(PROTEIN, TRAJECTORY, **k), {"stride": 900}, {
-        "stride": 700, "times": [100.0]}),
+        "stride": 700, "times": [100.0], "start": 900, "stop": 900}),
     ("show", page, {}, MOVING),
     ("show", page, MOVING, {"frame": 1}),
     ("write", lambda g, **k: written(g, sparsurf.points(g.pdb, 40, fields="hydropathy"), **k), {}, {

@@ -84,6 +84,9 @@ def test_each_chain_and_each_ligand_is_a_partner_and_all_waters_are_one(path):
         ("A+LIG", {"A": ["A"], "LIG": ["LIG"]}),  # an atom belongs to the group that names it most closely
         ("LIG+A,B", {"LIG": ["LIG"], "A,B": ["A", "B"]}),
         ("A+A:1-2,B", {"A": ["A3"], "A:1-2,B": ["A1", "A2", "B"]}),
+        ("A:1-501+LIG", {"A:1-501": ["A"], "LIG": ["LIG"]}),  # a ligand inside of the range of another group
+        ("LIG+A:1-3,A:400-501,B", {"LIG": ["LIG"], "A:1-3,A:400-501,B": ["A", "B"]}),
+        ("LIG,A:1-2+A,B", {"LIG,A:1-2": ["LIG", "A1", "A2"], "A,B": ["A3", "B"]}),
     ],
 )
 def test_groups_hold_what_they_name_most_closely_and_nothing_else_is_present(path, groups, members):

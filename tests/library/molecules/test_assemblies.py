@@ -9,7 +9,7 @@ from peptides import atom_line, peptide, write
 from sparsurf.errors import InputError
 from sparsurf.molecules.read_molecule import read_molecule
 
-HALF_TURN = np.diag([-1.0, -1.0, 1.0])
+TURN = np.roll(np.eye(3), 1, axis=0)  # a third of a turn, which its transpose undoes
 SHIFT = np.array([9.0, 6.5, 4.25])
 
 
@@ -30,7 +30,7 @@ def biomolecule(name, chains, *transforms):
 
 
 IDENTITY = (np.eye(3), np.zeros(3))
-MOVED = (HALF_TURN, SHIFT)
+MOVED = (TURN, SHIFT)
 CHAINS = peptide(("ALA", "SER", "LYS")) + "TER\n" + peptide(("GLY", "VAL"), "B", origin=(0, 0, 15))
 CHAINS += atom_line("C1", "LIG", "A", "9", (2, 2, 4), record="HETATM")
 DIMER, SECOND = biomolecule(1, "A, B", IDENTITY, MOVED), biomolecule(2, "B", MOVED)
@@ -63,12 +63,12 @@ def test_copies_lie_where_the_operators_of_the_assembly_move_them(tmp_path, capl
     assert dimer.n_residues == 2 * plain.n_residues
     n = plain.n_atoms
     assert dimer.xyz[0, :n] == pytest.approx(plain.xyz[0])
-    assert dimer.xyz[0, n:] == pytest.approx(plain.xyz[0] @ HALF_TURN.T + SHIFT)
+    assert dimer.xyz[0, n:] == pytest.approx(plain.xyz[0] @ TURN.T + SHIFT)
     assert dimer.residue[n:].tolist() == plain.residue.tolist()
     second = read_molecule(path, selection="all", assembly="2")
     b = plain.chain == "B"
     assert set(second.chain.tolist()) == {"B"}
-    assert second.xyz[0] == pytest.approx(plain.xyz[0, b] @ HALF_TURN.T + SHIFT)
+    assert second.xyz[0] == pytest.approx(plain.xyz[0, b] @ TURN.T + SHIFT)
 
 
 def test_generators_that_number_operators_anew_move_each_chain_by_its_own(tmp_path):
@@ -80,7 +80,7 @@ def test_generators_that_number_operators_anew_move_each_chain_by_its_own(tmp_pa
     path = write(tmp_path / "a.pdb", text + CHAINS + "END\n")
     plain, both = (read_molecule(path, chains=None, assembly=a) for a in (False, True))
     a, b = (plain.xyz[0, plain.chain == chain] for chain in "AB")
-    expected = np.concatenate([a @ HALF_TURN.T + SHIFT, b @ HALF_TURN.T + SHIFT, b])
+    expected = np.concatenate([a @ TURN.T + SHIFT, b @ TURN.T + SHIFT, b])
     assert sorted(both.xyz[0].round(3).tolist()) == sorted(expected.round(3).tolist())
 
 

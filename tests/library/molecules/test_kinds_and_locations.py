@@ -86,6 +86,11 @@ def test_hetero_nucleotides_belong_together_within_a_phosphodiester_bond():
     for gap, kind in ((1.6, "nucleic"), (2.1, "nucleic"), (2.3, "other"), (9.0, "other")):
         pair = ("DA", NUCLEOTIDE, 0), ("DC", NUCLEOTIDE, 4.4 + gap)
         assert kinds(*pair, hetero=[True, True]) == [kind] * 2, gap
+    strand = [(f"D{base}", NUCLEOTIDE, 6.0 * k) for k, base in enumerate("ACGT")]
+    for far in (0, 3):
+        moved = [(name, atoms, shift + 30 * (k == far)) for k, (name, atoms, shift) in enumerate(strand)]
+        wanted = ["other" if k == far else "nucleic" for k in range(4)]
+        assert kinds(*moved, hetero=[True] * 4) == wanted
 
 
 def test_heavy_atoms_are_counted_against_the_standard_residue():

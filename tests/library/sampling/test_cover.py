@@ -116,6 +116,9 @@ def test_the_errors_that_are_told_are_within_their_limits(dots, few):
         "99 % forth": row["high_99"] / 0.1,
         "99 % back": row["back_99"] / 0.1,
     }
+    whole = sparsurf.recover(few, density=20)
+    back = np.quantile(distance_to_surface(whole.points, dots.points, dots.normals), [0.5, 0.99])
+    assert 2 * back[0] < back[1] == pytest.approx(row["back_99"], rel=0.3)
     assert few.decided_by == max(nearest, key=nearest.get) == row["decided_by"]
     looser = sparsurf.minimal(dots, error=0.05)
     row = looser.measure_errors().iloc[0]

@@ -1,11 +1,11 @@
 """The workflow as a user runs it: one core, another workflow, kills, bad proteins, mistakes."""
 
-import fcntl
 import html
 import os
 import re
 import shutil
 import subprocess
+import sys
 
 import numpy as np
 import pandas as pd
@@ -105,15 +105,19 @@ def test_another_workflow_keeps_its_first_rule_as_the_default(tmp_path):
 def test_one_study_at_a_time_in_a_folder(tmp_path):
     """Whether `make run` or Snakemake itself starts it; a plan may be made meanwhile."""
     config, target = study_of_one(tmp_path, "moving"), f"{FIRST}/surface.npz"
-    (tmp_path / ".snakemake").mkdir()
-    with open(tmp_path / ".snakemake" / "study.lock", "w") as held:
-        fcntl.flock(held, fcntl.LOCK_EX)
+    hold = (
+        "from sparsurf_study.workflow.folders import hold_folder; print(hold_folder(), flush=True); input()"
+    )
+    ends = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
+    with subprocess.Popen([sys.executable, "-c", hold], cwd=tmp_path, **ends) as other:
+        assert other.stdout.readline() == "True\n"
         for nolock in ([], ["--nolock"]):  # make run gives this option
             process = snakemake(tmp_path, config, target, *nolock)
             assert process.returncode == 1 and not (tmp_path / target).exists()
             assert "\nAnother study runs in this folder; wait for it to end.\n" in process.stderr
             assert "Traceback" not in output(process)
         assert snakemake(tmp_path, config, target, "--dry-run").returncode == 0
+        other.communicate("\n")
     process = snakemake(tmp_path, config, target)
     assert process.returncode == 0 and (tmp_path / target).exists(), output(process)
 

@@ -12,7 +12,7 @@ import yaml
 from conftest import ROOT
 from sparsurf_study import run_study as study
 from sparsurf_study.config import memory
-from sparsurf_study.workflow import folders
+from sparsurf_study.workflow import ends, folders
 from sparsurf_study.workflow.ends import BEFORE_CONFORMATIONS, failed_places
 from sparsurf_study.workflow.job_logs import USED_MARK
 
@@ -71,6 +71,11 @@ def test_a_study_without_anything_to_do_says_its_answers_and_where_to_look(check
         lines[:2] == ["Answer    first", "Answer    second"] and "1 in results/mine/warnings.csv" in lines[3]
     )
     assert lines[-1] == "Look at   results/mine/index.html"
+    for is_there in (False, True):  # of the paper's study, once it has compared the tables
+        if is_there:
+            checkout.make("verdict.html")
+        look = ends.answers_of_run(checkout.root / "results/mine", is_paper=True).splitlines()[-1]
+        assert look.endswith(("index.html", "verdict.html")[is_there])
 
 
 @pytest.mark.parametrize(
