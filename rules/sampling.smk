@@ -53,6 +53,7 @@ rule tabulate_best:
         evaluation=config["evaluation"],
         seed=config["seed"],
         ranges=config["tables"]["ranges"],
+        max_n_s_percent=config["tables"]["max_n_S_percent"],
         code=CODE["numbers"],
     message:
         "Best combinations of {wildcards.protein}/{wildcards.conformation}"

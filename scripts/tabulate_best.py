@@ -19,7 +19,7 @@ with job(snakemake) as s:
     prepared = s.prepared(s.streams())
     ranges = tables.ranges_table(grid, result, s.params.ranges, floors)
     n_tests = number_of_tests(evaluation.test_dots, len(prepared))
-    best = tables.best_combinations(grid, result, tables.MAX_N_S_PERCENT, floors)
+    best = tables.best_combinations(grid, result, s.params.max_n_s_percent, floors)
     ranges = add_islands(ranges, best, prepared, n_tests, evaluation.draws)
     if SCALED_READING in evaluation.readings:
         ranges = add_scaled_link(ranges, prepared, n_tests, evaluation.draws)

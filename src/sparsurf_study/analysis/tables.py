@@ -27,8 +27,6 @@ if TYPE_CHECKING:
     from sparsurf.surfaces.surface import Surface
     from sparsurf_study.analysis.grid import Grid
 
-MAX_N_S_PERCENT = 20  # largest n_S, % of the dots, of the restricted best combination
-
 
 def read_table(path: Path | str, rows: int | None = None, unit: str = "rows") -> pd.DataFrame:
     """Read a table of a run, and check its columns against catalogue.yaml and its number of `rows`, which are of the `unit`."""

@@ -276,6 +276,13 @@ class Tables(Section):
     """The tables that list the best combination in each range of the number of kept dots, n_S."""
 
     ranges: Integer = key(10, "Number of ranges of equal width into which n_S is divided.", ge=1, le=1000)
+    max_n_S_percent: Number = key(
+        20.0,
+        "Largest n_S, in % of the dots, of the best combination of few dots in best.json; the paper calls it the maximum number "
+        "of sampled points.",
+        ge=1,
+        le=100,
+    )
 
 
 class Compare(Section):

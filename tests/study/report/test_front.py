@@ -643,7 +643,7 @@ def test_each_part_of_a_surface_has_its_own_numbers_and_pictures(tmp_path, monke
     alt = "The minimal subset has 0.20 dots per Å² and deviates by 0.020 Å on average."
     assert alt not in shown  # the figure is not among the files
     assert "How rough is the surface of p, and" in text and "1,296 combinations" in text
-    assert "No combination keeps less than 20 % of the dots." in text
+    assert "No combination keeps so few." in text
     heads = ["roughest residues", "mean roughness (1 is flat)", "area (Å²)", "dots", "mean hbond"]
     rows = [["LYS 9 A", "0.42", "31", "1,200", "0.25"], ["ALA 7 A", "0.61", "22", "70", "−0.50"]]
     assert [heads, *rows] in page.tables
@@ -680,7 +680,7 @@ def test_a_winner_of_few_dots_has_the_d_of_its_own_range(tmp_path):
     path.write_text(json.dumps(best))
     write_front(tmp_path / "index.html", files, {})
     assert (
-        "Among the combinations that keep less than 20 % of the dots, (0.8, 0.2, 0, 10) is best among the kept dots: it keeps"
+        "Among the combinations that keep at most 20 % of the dots, (0.8, 0.2, 0, 10) is best among the kept dots: it keeps"
         " 18.0 %, with d = 0.50 (0.25 to 0.80)." in text_of(tmp_path)
     )
 

@@ -233,7 +233,7 @@ def test_the_presets_are_the_best_combinations_that_there_are():
     assert page_dots.presets(best) == [
         ("the paper's best", [1, 0, 6, 0]),
         ("best, among the kept dots", [1, 0.2, 4, 6]),
-        ("best below 20 %, among the kept dots", [0.1, 0, 8, 2]),
+        ("best of at most 20 %, among the kept dots", [0.1, 0, 8, 2]),
         ("best, on the full surface", [0.1, 0, 8, 2]),
     ]
 

@@ -353,7 +353,10 @@ def test_the_scaled_link_takes_the_test_dots_and_draws_of_the_grid(run, ready, t
     config, prepared = ready
     names = {"surface": "surface.npz"} | {name: f"{name}.csv" for name in ("roughness", "grid", "floors")}
     names |= {"distances": "distances.npz"}
-    params = {name: config[name] for name in ("patches", "sampling", "seed")} | {"ranges": 10}
+    params = {name: config[name] for name in ("patches", "sampling", "seed")} | {
+        "ranges": 10,
+        "max_n_s_percent": 20,
+    }
     params["evaluation"] = config["evaluation"] | {"readings": ["kept", "full", "kept_scaled"]}
     inputs = {name: str(run / "ready/c1" / file) for name, file in names.items()}
     files = {"ranges": "ranges.csv", "best": "best.json", "winners": "winners.npz"}

@@ -98,7 +98,7 @@ def presets(best: dict[str, Any]) -> list[tuple[str, list[float]]]:
     """List named combinations to start from."""
     found = [("the paper's best", [1.0, 0.0, 6.0, 0.0])]
     for reading in readings_of_columns(best):
-        names = {"unrestricted": "best", "under_max_n_S": f"best below {best['max_n_S_percent']:g} %"}
+        names = {"unrestricted": "best", "under_max_n_S": f"best of at most {best['max_n_S_percent']:g} %"}
         for key, name in names.items():
             if "d" in (winner := best[reading][key]):
                 found.append((f"{name}, {words_of(reading)}", list(Combination.from_row(winner))))

@@ -112,6 +112,7 @@ def place_values(
             reading: winner_values(best[reading]["under_max_n_S"], rows, reading, axis)
             for reading in run.readings
         },
+        "none_so_few": best[run.readings[0]]["under_max_n_S"].get("answer"),
         "maps": run.figure(f"{place}/figures/d_over_grid.png"),
         "ranges": f"{place}/ranges.csv" if run.has(f"{place}/ranges.csv") else "",
     }
