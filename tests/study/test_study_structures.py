@@ -4,8 +4,14 @@ import mdtraj
 import numpy as np
 import pytest
 
+import sparsurf
+from conftest import ROOT
 from peptides import atom_line, moved, peptide, write
 from sparsurf.errors import InputError
+from sparsurf.settings import Settings
+from sparsurf.surfaces.components import on_cavities
+from sparsurf.surfaces.formats.npz import read_npz
+from sparsurf_study.report.page_origin import with_atoms
 from sparsurf_study.structures import choose_conformations, read_study_structure, residue_labels
 
 
@@ -44,3 +50,18 @@ def test_what_a_study_wrote_is_read_as_it_is(tmp_path, caplog):
     assert residue_labels(path) == 5 * ["ALA 7 B"] + 5 * ["GLY 8 B"] + ["HOH 9 A"]
     assert residue_labels(None) == []
     assert read_study_structure(path).xyz[0, [4, -1], 0].tolist() == [42, 90] and not caplog.messages
+
+
+def test_dots_of_a_file_with_their_atoms_have_the_exact_areas(tmp_path):
+    """Their sums differ by some Å^2; a wall is what the surface without cavities lacks."""
+    molecule = sparsurf.read_molecule(ROOT / "data/tdp43/topology.pdb", residues="217-230")
+    molecule.write_pdb(tmp_path / "p.pdb")
+    placed = sparsurf.surface(molecule)
+    sparsurf.write(placed, tmp_path / "p.npz")
+    dots = with_atoms(read_npz(tmp_path / "p.npz"), str(tmp_path / "p.pdb"), Settings())
+    exact = sparsurf.areas(molecule).residues["excluded"].sum()
+    outside = sparsurf.surface(molecule, cavities="remove").total_area
+    cavity = on_cavities(placed, placed.known_components("surface"))
+    assert dots.total_area == pytest.approx(exact, rel=1e-9) and abs(dots.area.sum() - exact) > 0.1
+    assert dots.area_of_walls(cavity) == pytest.approx(exact - outside, rel=1e-9)
+    assert exact - outside == pytest.approx(dots.area[cavity].sum(), rel=0.05)

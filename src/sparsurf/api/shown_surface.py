@@ -106,9 +106,9 @@ class ShownSurface:
         from sparsurf.views.overview.page import Extent
 
         surface, whole, cavity = self.given, self.part_of, self.cavity
-        area = float(surface.area.sum())  # NaN where areas are not known
         if whole is None:
-            walls = float(surface.area[cavity].sum()) if cavity is not None else 0.0
+            area = surface.total_area  # NaN where areas are not known
+            walls = surface.area_of_walls(cavity) if cavity is not None else 0.0
             return Extent(area, walls, is_known=self.about.is_whole)
         is_removed = surface.origin is not None and surface.origin.rules.cavities == "remove"
         if whole.is_owned_by(surface):  # a coarse mesh has a smaller area than the surface that it stands for

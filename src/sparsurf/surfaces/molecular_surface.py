@@ -62,9 +62,22 @@ def surface_of_spheres(
     xyz = xyz.round(3)
     rolled = roll_frame(xyz, radii, settings)
     dots, _ = rolled.surface_for_d_link(settings.density, d_link, name)
+    return dots.with_origin(_origin_of(dots, rolled, xyz, radii, settings, d_link))
+
+
+def as_placed(dots: Surface, molecule: Molecule, settings: Rules, d_link: float) -> Surface:
+    """Return dots of a file as `surface_of_molecule` returned them: with their molecule, and what follows from its atoms."""
+    xyz, radii = molecule.xyz[0].round(3), radii_of(molecule, settings.radii)
+    origin = _origin_of(dots, roll_frame(xyz, radii, settings), xyz, radii, settings, d_link)
+    return dots.with_origin(replace(origin, molecule=molecule))
+
+
+def _origin_of(
+    dots: Surface, rolled: RolledFrame, xyz: np.ndarray, radii: np.ndarray, settings: Rules, d_link: float
+) -> SurfaceOrigin:
+    """Return the origin of all dots that were placed on spheres."""
     generator = partial(surface_generator, xyz, radii, settings, d_link, "surface")
-    origin = SurfaceOrigin(None, 0, xyz, settings, d_link, radii, rolled, dots.points.copy(), generator)
-    return dots.with_origin(origin)
+    return SurfaceOrigin(None, 0, xyz, settings, d_link, radii, rolled, dots.points.copy(), generator)
 
 
 def accessible_surface(

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from sparsurf.api.origin import OriginRow, rows_of_surface
 from sparsurf.api.page_metadata import About
-from sparsurf.evaluation.minimal_subset import on_molecule
+from sparsurf.surfaces.molecular_surface import as_placed
 from sparsurf_study.structures import read_study_structure
 
 if TYPE_CHECKING:
@@ -15,10 +15,10 @@ if TYPE_CHECKING:
 
 
 def with_atoms(dots: Surface, structure: str, settings: Settings) -> Surface:
-    """Return dots that know the atoms of the structure that they were placed on; the dots as they are where there is none."""
+    """Return dots with the structure that they were placed on, so that areas are exact; the dots as they are without one."""
     if not structure:
         return dots
-    return on_molecule(dots, read_study_structure(structure), settings)
+    return as_placed(dots, read_study_structure(structure), settings.surface, settings.patches.d_link)
 
 
 def origin_of_page(dots: Surface, file: str) -> tuple[OriginRow, ...]:
