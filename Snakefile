@@ -265,7 +265,7 @@ rule draw_roughness:  # It draws what is seen first, which needs no grid.
     resources:
         mem_mb=lambda wildcards, attempt: attempt * 1000,
     params:
-        surface=part_of("surface", "probe_radius", "radii", "cavities"),
+        surface=part_of("surface", "probe_radius", "radii", "reentrant", "cavities"),
         patches=part_of("patches", "r_patch", "d_link", "roughness"),
         title=title_of_page,
         code=CODE["pages"],
@@ -364,7 +364,7 @@ rule draw_view:
     resources:
         mem_mb=lambda wildcards, attempt: attempt * 1000,
     params:
-        surface=part_of("surface", "probe_radius", "radii", "cavities"),
+        surface=part_of("surface", "probe_radius", "radii", "reentrant", "cavities"),
         patches=config["patches"],
         sampling=part_of("sampling", *RULES_OF_SAMPLING),
         minimal=config["minimal"],
@@ -399,7 +399,7 @@ rule tabulate_residues:
     resources:
         mem_mb=lambda wildcards, attempt: attempt * 1000,
     params:
-        surface=part_of("surface", "probe_radius", "radii", "cavities", "reentrant"),
+        surface=part_of("surface", "probe_radius", "radii", "reentrant", "cavities"),
         code=CODE["pages"],
     message:
         "Residues of {wildcards.protein}/{wildcards.conformation}"

@@ -41,7 +41,7 @@ rule draw_changes:
         mem_mb=lambda wildcards, attempt: attempt * 1000,
     params:
         forms=names_of_forms,
-        surface=part_of("surface", "probe_radius", "radii", "cavities"),
+        surface=part_of("surface", "probe_radius", "radii", "reentrant", "cavities"),
         patches=config["patches"],
         sampling=part_of("sampling", *RULES_OF_SAMPLING),
         seed=config["seed"],

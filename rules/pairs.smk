@@ -92,7 +92,7 @@ rule draw_pair:
     conda:
         "../envs/study.yaml"
     params:
-        surface=part_of("surface", "probe_radius", "radii", "cavities"),
+        surface=part_of("surface", "probe_radius", "radii", "reentrant", "cavities"),
         patches=config["patches"],
         sampling=part_of("sampling", *RULES_OF_SAMPLING),
         seed=config["seed"],

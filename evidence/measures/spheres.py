@@ -21,7 +21,7 @@ from sparsurf.evaluation.trials import Trials
 from sparsurf.recovery.errors import DENSITY_FOR_ERRORS, TAIL_QUANTILE, distance_to_surface
 from sparsurf.recovery.mesh import mesh_of_dense
 from sparsurf.recovery.reconstructing import AUTO, DENSITY_FOR_SPHERES, INTERPOLANT, SPHERES, reconstruct
-from sparsurf.settings import Minimal, Settings
+from sparsurf.settings import TAIL_PER_ERROR, Minimal, Settings
 from sparsurf.streams import Streams
 from sparsurf.surfaces.exact_distance import exact_distance
 from sparsurf.surfaces.molecular_surface import RolledFrame
@@ -35,6 +35,7 @@ ERRORS = ("mean", "high_99", "largest", "back_99", "back_largest")
 SHAPES = ("area_change", "volume_change", "parts", "parts_true", "handles", "handles_true")
 STEP = 0.4  # Å, of the grid of the meshes from which `SHAPES` are counted
 KEYS = ["group", "sampler", "model", "requested"]
+AN_ERROR = "error "  # how `requested` begins where dots are kept for a mean error
 
 
 def errors_of(
@@ -80,7 +81,7 @@ def errors_of(
     for error in requested_errors:
         settings = Settings(minimal=Minimal(error=error))
         few = represent(surface, settings, streams, surface.molecule).subset
-        yield from rows(few.sampler, f"error {error:g}", few.dots, [few.reconstruction])
+        yield from rows(few.sampler, f"{AN_ERROR}{error:g}", few.dots, [few.reconstruction])
     if more:
         yield errors_of_atoms(surface, test, true)
 
@@ -171,7 +172,8 @@ def means(table: pd.DataFrame) -> pd.DataFrame:
     Returns
     -------
     DataFrame: group, sampler, model, requested, n (structures), fewest_atoms and most_atoms, density; of each error in Å, and of
-    each of `SHAPES` its mean over structures, the 95 % interval of that (_low, _high), and its highest (_highest)
+    each of `SHAPES` its mean over structures, the 95 % interval of that (_low, _high), and its highest (_highest); where dots
+    were kept for an error, n_beyond, the structures on which 99 % either way exceeds its limit, and beyond, the most, % of it
     """
     out = []
     for keys, part in table.groupby(KEYS, sort=False):
@@ -189,6 +191,10 @@ def means(table: pd.DataFrame) -> pd.DataFrame:
                 f"{name}_high": of_structures.high,
             }
             row[f"{name}_highest"] = part[name].max()
+        if str(row["requested"]).startswith(AN_ERROR):
+            limit = TAIL_PER_ERROR * float(row["requested"].removeprefix(AN_ERROR))
+            beyond = 100 * (part[["high_99", "back_99"]].max(axis=1) / limit - 1)
+            row |= {"n_beyond": int((beyond > 0).sum()), "beyond": max(0.0, beyond.max())}
         out.append(row)
     return pd.DataFrame(out)
 

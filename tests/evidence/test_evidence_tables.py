@@ -6,6 +6,7 @@ import sys
 from importlib import import_module
 from pathlib import Path
 
+import pandas as pd
 import pytest
 
 from conftest import ROOT
@@ -38,6 +39,11 @@ def test_every_requested_figure_is_committed(requested: set[str]):
     for path in others:
         folder, _, name = path.partition("/")
         assert (ROOT / COMMITTED[folder] / name).is_file(), path
+
+
+def test_no_figure_exceeds_what_is_promised():
+    bench = pd.read_csv(ROOT / "evidence/tables/bench.csv").dropna(subset="at_most").set_index("what")
+    assert len(bench) > 30 and not [*bench.index[bench["value"] > bench["at_most"]]]
 
 
 def test_every_rule_has_its_function():

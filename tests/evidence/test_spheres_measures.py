@@ -57,3 +57,8 @@ def test_means_tell_the_size_of_the_structures_and_the_worst():
     assert found[["n", "fewest_atoms", "most_atoms"]].tolist() == [3, 480, 1436]
     assert found[["largest", "largest_highest"]].tolist() == pytest.approx([0.4, 0.6])
     assert found["largest_low"] < 0.4 < found["largest_high"]
+    table["requested"], table["back_99"] = (
+        "error 0.02",
+        [0.09, 0.1, 0.104],
+    )  # the limit is five times the error
+    assert means(table)[["n_beyond", "beyond"]].to_numpy() == pytest.approx(np.array([[1, 4]]))

@@ -13,12 +13,11 @@ import numpy as np
 from sparsurf.api.frames import FramesRequest, frames_request, residues_of_frame
 from sparsurf.api.origin import rows_of_origin
 from sparsurf.api.page_metadata import About, heard
-from sparsurf.api.pages import heading_of
+from sparsurf.api.pages import heading_of, stated_in
 from sparsurf.api.surroundings import contacts_on_page, drawn_without_surface, with_surroundings
 from sparsurf.arguments import D_LINK, Ranking
 from sparsurf.errors import InputError, argument
 from sparsurf.evaluation.frames import surface_of_frame
-from sparsurf.files import pluralise
 from sparsurf.molecules.conformations import superpose
 from sparsurf.progress import Progress, duration
 from sparsurf.settings import Settings
@@ -123,7 +122,7 @@ def page_of_frames(
     sentences = [*(about.heard.sentences if about.heard else ()), *of_contacts.sentences]
     sentences += drawn_without_surface(shown, molecule.n_atoms)
     return overview_of_frames(
-        heading_of(about, molecule),
+        _title(about, molecule, len(frames), trajectory),
         trajectory,
         atoms,
         [frame.shape for frame in frames],
@@ -137,11 +136,22 @@ def page_of_frames(
     )
 
 
+def _title(about: About, molecule: Molecule, n_shown: int, trajectory: str) -> str:
+    """Return the heading of the page; the title that a structure states is quoted, as it speaks of the structure alone."""
+    stated = stated_in(molecule)
+    return (
+        f"“{stated}”, {n_shown} frames of {trajectory}"
+        if stated
+        else f"{heading_of(about, molecule)} in {n_shown} frames"
+    )
+
+
 def _announced(molecule: Molecule, n_shown: int, seconds: float) -> str:
     """Say how many frames a page shows, and about how long they take."""
     every = "" if n_shown == molecule.n_frames else f", of which the page shows {n_shown}"
-    residues = pluralise(molecule.n_residues, "residue")
-    return f"{molecule.n_frames:,} frames of {residues}{every}; about {duration(seconds)} left"
+    return (
+        f"{molecule.n_frames:,} frames of {molecule.counted_residues}{every}; about {duration(seconds)} left"
+    )
 
 
 def superposed(xyz: np.ndarray, atoms: np.ndarray) -> np.ndarray:

@@ -362,7 +362,7 @@ def page_of_values(
 def _counts(molecule: Molecule) -> str:
     """Return how large a molecule is, in words."""
     chains = len(set(molecule.chain.tolist()))
-    return f"{pluralise(molecule.n_residues, 'residue')} in {pluralise(chains, 'chain')}, of {molecule.n_atoms:,} atoms"
+    return f"{molecule.counted_residues} in {pluralise(chains, 'chain')}, of {molecule.n_atoms:,} atoms"
 
 
 def page_of_residues(table: pd.DataFrame, about: About, surface: Surface | None) -> str:

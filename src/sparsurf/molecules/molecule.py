@@ -76,6 +76,15 @@ class Molecule(Shown):
         return len(np.unique(self.residue_index))
 
     @property
+    def counted_residues(self) -> str:
+        """How many residues of chains, ligands and waters there are, in words, as '198 residues and 1 ligand'."""
+        kind = self.kind[first_atoms(self.residue_index)]
+        of_kind = {"ligand": int((kind == "other").sum()), "water": int((kind == "water").sum())}
+        of_kind = {"residue": len(kind) - sum(of_kind.values())} | of_kind
+        counts = [pluralise(n, noun, separator=",") for noun, n in of_kind.items() if n]
+        return " and ".join([", ".join(counts[:-1]), counts[-1]] if len(counts) > 1 else counts)
+
+    @property
     def heavy(self) -> np.ndarray:
         """Mask (A,) of the atoms that are not hydrogens."""
         return ~np.isin(self.element, ["H", "D"])

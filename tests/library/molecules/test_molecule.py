@@ -28,6 +28,8 @@ def molecule():
 def test_parts_and_labels_of_a_molecule(molecule):
     assert (molecule.n_frames, molecule.n_atoms, molecule.n_residues) == (2, 5, 3)
     assert repr(molecule) == "Molecule of 5 atoms in 3 residues, 2 frames"
+    assert molecule.counted_residues == "2 residues and 1 ligand"
+    assert molecule.take(np.array([4])).counted_residues == "1 ligand"
     assert repr(molecule.take(np.array([2])).frame(0)) == "Molecule of 1 atom in 1 residue, 1 frame"
     assert [molecule.residue_label(atom) for atom in (1, 2, 4)] == ["ALA 1 A", "GLY 2B A", "ZN 1 B"]
     assert molecule.residues.to_numpy().tolist() == [["A", "1", "ALA"], ["A", "2B", "GLY"], ["B", "1", "ZN"]]

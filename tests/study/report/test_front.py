@@ -130,7 +130,7 @@ def test_the_answer_that_counts_is_the_first_and_the_best_combination_has_one_va
     condition = "all but the largest island are removed"
     assert answers == [
         "Is the paper's sampling better than random dots? No: in none of the 4 size ranges is the sampling significantly"
-        " better than random dots.",
+        " better than random dots on the full surface.",
         "The authors' own test says yes in 3 of 4, but it also counts how patches fall apart.",
         "Best parameters: (α, β, γ, δ) = (1, 0, 4, 6), which keep 43 % of the dots; the cross-validated d is"
         " 2.42 (2.17 to 2.72) if"

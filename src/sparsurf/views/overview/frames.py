@@ -40,7 +40,7 @@ NAMED_COLUMNS = {
 
 
 def overview_of_frames(
-    name: str,
+    title: str,
     trajectory: str,
     atoms: DrawnAtoms,
     shapes: Sequence[Shape],
@@ -67,9 +67,9 @@ def overview_of_frames(
     label = atoms.molecule.residue_label(int(atoms.first_atoms[moving]))
     whole = numbers["area"].sum(axis=1)
     context: dict[str, Any] = {
-        "title": f"{name} in {len(shapes)} frames",
+        "title": title,
         "trajectory": trajectory, "quantity": quantity_of(column), "ranked_by": rank_by, "statistic": STATISTICS[rank_by],
-        "n_frames": len(shapes), "n_all": molecule.n_frames, "n_residues": molecule.n_residues,
+        "n_frames": len(shapes), "n_all": molecule.n_frames, "residues": molecule.counted_residues,
         "every": -(-molecule.n_frames // len(shapes)),
         "smallest": (whole.min(), labels[int(whole.argmin())]), "largest": (whole.max(), labels[int(whole.argmax())]),
         "most": [*labelled_rows(changing)], "panels": panels(residues.sort_index(), rank_by, changing.index),
