@@ -19,8 +19,9 @@ IRRELEVANT = {"file", "files", "function", "given", "jobs", "output", "quiet", "
 FOLDERS_IN_HELP = """\
 FILE may also be a folder, or several files. One table (.csv .parquet) then begins with the column name: the path of each
 structure below the folder without its suffix, such as job1/model, or in a list the shortest end of the path that no other file
-has. Folders below are read as well, options hold for each structure, and structures that cannot be read are left out and named
-at the end. A call that was stopped continues from the structures that were finished, and writes the same bytes.
+has. Folders below are read as well, and a warning names other files that hold structures. Options hold for each structure, and
+structures that cannot be read are left out and named at the end. A call that was stopped continues from the structures that were
+finished, and writes the same bytes.
 """
 
 

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import NamedTuple
 
 from sparsurf.files import PACKED_SUFFIXES, StrPath, as_path
@@ -26,7 +27,7 @@ class MoleculeFormat(NamedTuple):
 
 
 _EVERY_FORMAT = (
-    MoleculeFormat("pdb", "PDB", (".pdb", ".ent"), atoms=True, places=True, models=True),
+    MoleculeFormat("pdb", "PDB", (".pdb", ".ent", ".brk"), atoms=True, places=True, models=True),
     MoleculeFormat("mmcif", "mmCIF", (".cif", ".mmcif"), atoms=True, places=True, models=True),
     MoleculeFormat("gro", "GRO", (".gro",), atoms=True, places=True, unit="nm", timed=True),
     MoleculeFormat("hdf5", "HDF5", (".h5", ".hdf5"), atoms=True, places=True, text=False, unit="nm", timed=True),
@@ -120,6 +121,11 @@ def suffix(path: StrPath) -> str:
     name = _unpacked(as_path(path).name.lower())
     dot = name.rfind(".")
     return name[dot:] if 0 < dot < len(name) - 1 else ""  # as Path does, without parsing again
+
+
+def usual_suffix(path: StrPath) -> str:
+    """Return the extension as `suffix` does, without the number of an assembly in those of the PDB, as .pdb1."""
+    return re.sub(r"(?<=\.pdb)\d+$", "", suffix(path))
 
 
 def stem(path: StrPath) -> str:

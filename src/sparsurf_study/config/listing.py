@@ -12,8 +12,16 @@ from typing import Any
 
 from sparsurf import registry
 from sparsurf.errors import InputError
-from sparsurf.files import read_text, shorten
-from sparsurf.molecules.formats import SELF_CONTAINED, STRUCTURES, TOPOLOGIES, TRAJECTORIES, stem, suffix
+from sparsurf.files import pluralise, read_text, shorten
+from sparsurf.molecules.formats import (
+    SELF_CONTAINED,
+    STRUCTURES,
+    TOPOLOGIES,
+    TRAJECTORIES,
+    stem,
+    usual_suffix,
+)
+from sparsurf.molecules.listing import holds_a_structure, structures_below
 from sparsurf_study.config.protein_keys import FILE_KEYS
 
 log = logging.getLogger("sparsurf")
@@ -154,7 +162,7 @@ def from_folder(path: str) -> dict[str, dict]:
 
 def pairs_from_folder(path: str) -> dict[str, dict]:
     """List pairs of structures, by what their names share, that differ only in _r and _l, or _1 and _2, at their end."""
-    files = [file for file in _files("pairs", path) if suffix(file) in STRUCTURES]
+    files = [file for file in _files("pairs", path) if usual_suffix(file) in STRUCTURES]
     pairs: dict[str, dict] = {}
     names: set[str] = set()
     for file in files:
@@ -188,7 +196,12 @@ def _files(key: str, path: str) -> dict[Path, str]:
         raise InputError(f"{key}.folder is {shorten(repr(path))}, but there is no such folder.")
     files = sorted(file for file in Path(path).iterdir() if file.is_file() and not file.name.startswith("."))
     kind_of = {ending: kind for kind, suffixes in reversed(SUFFIXES.items()) for ending in suffixes}
-    return {file: kind_of[suffix(file)] for file in files if suffix(file) in kind_of}
+    left = [file for file in files if usual_suffix(file) not in kind_of and holds_a_structure(file)]
+    left += [file for file in structures_below(path) if file.parent != Path(path)]
+    if left:
+        message = "%s: left out %s, such as %s: name structures so that they end in %s, in this folder and not below it"
+        log.warning(message, path, pluralise(len(left), "file"), left[0], " ".join(STRUCTURES))
+    return {file: kind_of[usual_suffix(file)] for file in files if usual_suffix(file) in kind_of}
 
 
 def _entry(file: Path, kind: str, topologies: dict[Path, Path | None]) -> dict[str, str] | None:

@@ -1,6 +1,7 @@
 """One table of a folder or of many files: rows of single files under names by path, whole after any stop."""
 
 import bz2
+import gzip
 import signal
 
 import numpy as np
@@ -73,6 +74,22 @@ def test_names_of_a_list_are_the_shortest_ends_that_differ(predictions, tmp_path
     (place / "top_rank_001.cif.gz").write_text("nothing")
     assert [*structures_in(place)][-2:] == ["top_rank_001.cif.gz", "top_rank_001.pdb"]
     assert "differ in their suffix alone" in caplog.text
+
+
+def test_assemblies_of_the_pdb_are_read_and_structures_of_another_name_are_told(
+    predictions, tmp_path, caplog
+):
+    text = (predictions[0] / f"{predictions[1][0]}.pdb").read_text()
+    (place := tmp_path / "mine").mkdir()
+    for name in ("1abc.pdb1", "1abc.pdb12", "old.brk", "1abc.pdb1.gz", "model.txt", "note.md"):
+        content = "a note" if name == "note.md" else text
+        packed = gzip.compress(content.encode()) if name.endswith(".gz") else content.encode()
+        (place / name).write_bytes(packed)
+    assert {*structures_in(place).values()} == {
+        place / name for name in ("1abc.pdb1", "1abc.pdb12", "old.brk", "1abc.pdb1.gz")
+    }
+    assert "left out 1 file" in caplog.text and "model.txt" in caplog.text and "note.md" not in caplog.text
+    assert "1abc.pdb1" in caplog.text and "old.brk and another" not in caplog.text  # differ in their suffixes
 
 
 def test_options_hold_for_each_structure(predictions, tmp_path):

@@ -131,6 +131,14 @@ def test_half_a_protein_is_left_out_by_name(tmp_path, caplog):
         from_folder(str(tmp_path))
 
 
+def test_structures_that_a_folder_leaves_out_are_told(tmp_path, caplog):
+    (tmp_path / "below").mkdir()
+    for name in ("1abc.pdb1", "old.brk", "model.txt", "below/x.pdb"):
+        (tmp_path / name).write_text(peptide())
+    assert [*from_folder(str(tmp_path))] == ["1abc", "old"]
+    assert "left out 2 files" in caplog.text and "model.txt" in caplog.text
+
+
 @given(st.lists(st.text(min_size=1, max_size=12), min_size=1, max_size=6, unique=True))
 @settings(max_examples=50)
 def test_names_of_files_never_leave_the_results(tmp_path_factory, stems):
