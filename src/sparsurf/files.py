@@ -38,6 +38,8 @@ DAMAGED = (EOFError, zlib.error, lzma.LZMAError, gzip.BadGzipFile)  # what modul
 LENGTH_OF_BEGIN = 200
 MAX_QUOTED_LENGTH = 200  # characters; a message shortens a longer string
 N_ROWS_TO_COMPARE = 10  # The rows at the end of a table show whether its last row is complete.
+ID_OF_PDB = re.compile(r"[1-9][A-Za-z0-9]{3}")
+URL_OF_PDB = "https://files.rcsb.org/download/{}.cif.gz"
 URL_START = re.compile(r"[a-z][a-z0-9+]+:/", re.IGNORECASE)  # a Path drops one of its slashes
 UNPACK = "unpack an archive first, and give the path of the unpacked file."
 
@@ -128,6 +130,11 @@ def _absent(path: str | os.PathLike[str]) -> InputError:
         first = shorten(text.strip().partition("\n")[0])
         return InputError(
             f"the text of a file stands in place of its path, {first!r}: store it in a file, and give its path."
+        )
+    if ID_OF_PDB.fullmatch(text):
+        return InputError(
+            f"{text} does not exist. If it is an entry of the PDB, download {URL_OF_PDB.format(text.upper())} and give that file;"
+            f" a study downloads it by its key `pdb: {text}`."
         )
     return InputError(f"{shorten(text)} does not exist: check the path.")
 

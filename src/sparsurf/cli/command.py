@@ -42,6 +42,10 @@ COMMANDS = {
     "recover": "reconstruct a dense surface from a few dots with normals",
     "descriptors": "2D Zernike descriptors of patches",
 }
+WORDS_OF_USERS = {  # and what does it
+    "sasa": "write `sparsurf areas`", "contacts": "write `sparsurf areas --of contacts`", "patches": "write `sparsurf regions`",
+    "mesh": "write `sparsurf surface --mesh`", "pockets": "the page 'Partners' of the documentation names programs that do this",
+}  # fmt: skip
 FAILED, NOT_UNDERSTOOD, INTERRUPTED = 1, 2, 130  # exit codes
 TERMINAL_WIDTH = 80
 EPILOG = f"""\
@@ -111,7 +115,12 @@ class Parser(argparse.ArgumentParser):
             if unknown:  # a misspelt option is told first: it may be the one that is missing
                 self.refuse_unknown(unknown[:1])
         if choice := re.search(r"invalid choice: '(.*)' \(choose from (.*)\)$", message):
-            hint = did_you_mean(choice[1], re.findall(r"[\w.-]+", choice[2]))
+            word = choice[1].lower().removesuffix("s")
+            meant = [text for name, text in WORDS_OF_USERS.items() if name.removesuffix("s") == word]
+            of_command = meant and "areas" in choice[2]
+            hint = (
+                f"; {meant[0]}." if of_command else did_you_mean(choice[1], re.findall(r"[\w.-]+", choice[2]))
+            )
         self._exit_with(message, hint)
 
     def refuse_unknown(self, unknown: Sequence[str], advice: str = "") -> NoReturn:

@@ -41,6 +41,7 @@ RADIUS_OF_OTHER_ELEMENTS = {"dms": 1.90, "bondi": 2.00}
 
 # What a row of the user can name; of two rows that fit an atom, the one that names more is closer, then the first of these
 KEYS = "atom", "residue_name", "element"
+LARGEST_IN_NM = 0.5  # Å; no atom is so small, and no radius in nm so large
 
 
 class OwnRadii(NamedTuple):
@@ -100,6 +101,8 @@ def check_radii(radii: Any) -> Any:
                 f"{source}: the row {row} is none of radii; it needs {' or '.join(KEYS)}, once, and radius, {LENGTH.words} (Å)."
             )
         found[key] = radius
+    if found and (largest := max(found.values())) < LARGEST_IN_NM:
+        log.warning("%s: the largest radius is %g Å; if they are in nm, multiply them by 10", source, largest)
     return OwnRadii(source, tuple(found.items()))
 
 

@@ -367,7 +367,9 @@ class Surface(Shown):
     def known_molecule(self, function: str) -> Molecule:
         """Return the molecule of the dots; raise InputError, in the name of a function, if they carry none."""
         if self.molecule is None:
-            raise InputError(f"{function}: these dots carry no molecule; pass molecule=... as well.")
+            raise InputError(
+                f"{function}: these dots carry no molecule; give it before them: {function}(molecule, dots, ...)."
+            )
         return self.molecule
 
     def known_components(self, function: str) -> np.ndarray:

@@ -15,7 +15,6 @@ from urllib.parse import ParseResult, urlparse
 from sparsurf.errors import InputError
 from sparsurf.files import shorten
 
-PDB_URL = "https://files.rcsb.org/download/{}.cif.gz"
 MOST = 200 * 2**20  # bytes; the largest entries of the PDB have 100 MB
 TIMEOUT = 30  # s without a byte
 MAX_SECONDS = 600  # A whole download may take so long.

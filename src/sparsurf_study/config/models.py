@@ -6,6 +6,7 @@ from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, PlainSe
 
 from sparsurf import registry
 from sparsurf.arguments import DEFAULT_SEED, Hydrogens
+from sparsurf.files import URL_OF_PDB
 from sparsurf.molecules.formats import STRUCTURE_LABELS, TOPOLOGY_LABELS, TRAJECTORY_LABELS
 from sparsurf.settings import (
     Evaluation,
@@ -26,7 +27,7 @@ from sparsurf.settings import (
     without_repeats,
 )
 from sparsurf_study.config import listing
-from sparsurf_study.config.download import PDB_URL, file_name
+from sparsurf_study.config.download import file_name
 from sparsurf_study.config.protein_keys import MOLECULE_KEYS, SOURCE_KEYS
 from sparsurf_study.config.yaml_file import DEFAULT_RUN, MOST_OF_RUN
 from sparsurf_study.settings import Ensemble, FrameNumber, Integer, PercentBelow100, Plddt, Thousand, Two
@@ -172,7 +173,7 @@ class Protein(Section):
     @property
     def source(self) -> str | None:
         """URL of the structure; None for local files."""
-        return self.url or (PDB_URL.format(self.pdb.upper()) if self.pdb else None)
+        return self.url or (URL_OF_PDB.format(self.pdb.upper()) if self.pdb else None)
 
     @property
     def download(self) -> str | None:

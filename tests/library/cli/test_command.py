@@ -683,6 +683,8 @@ def test_as_a_module_and_into_a_closed_pipe(folder, tmp_path):
     ("words", "hint"),
     [
         ("surfce a.pdb", "did you mean 'surface'?"),
+        ("sasa a.pdb", "write `sparsurf areas`"),
+        ("Contact a.pdb", "write `sparsurf areas --of contacts`"),
         ("minimal a.pdb --sampler farhest", "did you mean 'farthest'? See sparsurf minimal --help."),
         ("surface a.pdb -o a.csv --frme=3", "did you mean '--frame'?"),
         (

@@ -185,3 +185,9 @@ def test_a_picture_has_the_first_field_with_its_bar(blob):
     drawn = pixels[pixels.min(axis=1) < 0.6 * pixels.max()]
     hue = np.median(drawn / drawn.max(axis=1, keepdims=True), axis=0)
     assert np.abs(hue - np.array(RED) / RED[0]).max() < 0.2 and KIND_COLOURS[0, 2] > KIND_COLOURS[0, 0]
+
+
+def test_limits_beyond_all_values_are_told():
+    values = np.array([1.0, 2.0, np.nan])
+    assert "1 to 2, lie beyond" in scale_of("q", values, (5.0, 6.0)).words
+    assert "beyond" not in scale_of("q", values, (2.0, 6.0)).words

@@ -13,7 +13,7 @@ import sparsurf
 from peptides import peptide
 from sparsurf.errors import InputError
 from sparsurf.patches.index import D_LINK, R_PATCH, R_ZERNIKE
-from sparsurf.surfaces.radii import PROBE_RADIUS, radii
+from sparsurf.surfaces.radii import PROBE_RADIUS, check_radii, radii
 from sparsurf.surfaces.surface import Placement
 from sparsurf_study.config.models import PatchesSettings, SurfaceSettings
 
@@ -144,3 +144,11 @@ def test_radii_that_do_not_fit_are_a_sentence(tmp_path, given, words):
     for function in (sparsurf.areas, sparsurf.surface, sparsurf.points, sparsurf.depth):
         with pytest.raises(InputError, match=words):
             function(tmp_path / "a.pdb", radii=given)
+
+
+def test_radii_that_must_be_in_nm_are_told(caplog):
+    check_radii({"C": 0.17, "N": 0.155})
+    assert "multiply them by 10" in caplog.text
+    caplog.clear()
+    check_radii({"C": 1.7, "H": 0.12})
+    assert not caplog.text

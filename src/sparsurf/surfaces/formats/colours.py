@@ -96,6 +96,10 @@ class Scale(NamedTuple):
             between = f", which is {low} at every dot, so that all have one colour"
         elif self.is_own:
             between += ", its lowest and highest value; `--limits` fixes them"
+        else:
+            values = self.values[np.isfinite(self.values)]
+            if len(values) and (values.max() < self.limits[0] or values.min() > self.limits[1]):
+                between += f"; all values, {values.min():.4g} to {values.max():.4g}, lie beyond these limits"
         unknown = (~np.isfinite(self.values)).sum()
         grey = f"; {unknown:,} of {len(self.values):,} dots have no value and are grey" if unknown else ""
         return f"coloured by {self.name}{between}{grey}"
