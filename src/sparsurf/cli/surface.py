@@ -10,15 +10,17 @@ from sparsurf.api import writing
 from sparsurf.api.inputs import is_file_of_spheres
 from sparsurf.api.page_metadata import heard
 from sparsurf.api.replacing import beside_mesh
-from sparsurf.arguments import D_LINK, DENSITY_LIMITS
+from sparsurf.arguments import BOUNDARIES, D_LINK, DENSITY_LIMITS
 from sparsurf.cli import options, outputs
+from sparsurf.dot_fields.named_fields import takes_dots
 from sparsurf.errors import InputError
 from sparsurf.files import pluralise
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.surfaces.radii import radii
-from sparsurf.surfaces.surface import COMPONENT_FIELD, Surface, SurfaceOrigin
+from sparsurf.surfaces.surface import COMPONENT_FIELD, Placement, Surface, SurfaceOrigin
 
 FORMATS = writing.OUTPUTS_OF_DOTS
+EXCLUDED, ACCESSIBLE = BOUNDARIES
 EXAMPLES = """\
 The columns of a CSV are x,y,z,nx,ny,nz, area (Å^2), kind (0 contact, 1 saddle, 2 concave), component (0 is the largest), chain,
 residue, residue_name, atom_name and atom (its index among the atoms that are read, from 0). A PLY of dots is a point cloud,
@@ -28,6 +30,7 @@ alone, use --selection.
 --mesh writes a closed mesh of triangles instead of dots. Its vertices lie on the surface, and two triangles share every edge.
 For a NAME.vert, the triangles stand in a NAME.face next to it, which replaces only triangles of a NAME.vert.
 A .html file is the page of `sparsurf show`, and a .png file is a picture; both show the first field, or the kinds of dots.
+--boundary accessible places dots on the solvent-accessible surface, a probe radius outside of the atoms. They have no component.
 A cavity is an enclosed part of the surface that a probe can neither enter nor leave.
 
 FILE may also hold radii (.xyzr .xyzrn .pqr) or the elements of a small molecule (.sdf .mol .mol2), which get radii of Bondi.
@@ -59,6 +62,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     dots = options.add_placement(parser, ": keep for dots, remove for triangles")
     help_text = "dots per Å^2 (default: 5.35, or more if patches would otherwise be fragmented); with --mesh, vertices per Å^2"
     dots.add_argument("--density", type=options.number_within(DENSITY_LIMITS), help=help_text)
+    help_text = (
+        "place dots where the probe touches (excluded, the default) or where its centre can be (accessible)"
+    )
+    dots.add_argument("--boundary", choices=BOUNDARIES, help=help_text)
     options.add_size_of_mesh(dots)
     options.add_fields(dots)
 
@@ -73,6 +80,15 @@ def run(args: argparse.Namespace) -> None:
         raise InputError(
             "--residues selects dots, whereas --mesh writes triangles; leave out one of the two options."
         )
+    if args.boundary == ACCESSIBLE:
+        if args.mesh or args.output.lower().endswith((".html", ".png")):
+            raise InputError(
+                "--boundary: meshes, pages and pictures show the excluded surface; write dots, or leave it out."
+            )
+        if refused := [*filter(takes_dots, options.names_of_requested_fields(args))]:
+            raise InputError(
+                f"--fields: {refused[0]} is one of the excluded surface; leave it out, or --boundary."
+            )
     options.refuse_size_of_mesh(args)
     if args.mesh:
         outputs.check(args, writing.OUTPUTS_OF_MESH, beside_mesh(args.output))
@@ -96,11 +112,16 @@ def _of_spheres(args: argparse.Namespace) -> writing.DotsToWrite:
     names = options.names_of_requested_fields(args)
     rules = options.placement_options(args, _cavities(args))
     with heard(args.file) as args.heard:
-        dots = surface(args.file, density="auto" if args.mesh else args.density or "auto", **rules)
+        dots = surface(
+            args.file,
+            density="auto" if args.mesh else args.density or "auto",
+            boundary=args.boundary or EXCLUDED,
+            **rules,
+        )
     if args.mesh:
         made = mesh(dots, density=args.density, n_vertices=args.n_vertices, step=args.step, fields=names)
         return replace(writing.mesh_dots(made), coloured=args.colours)
-    table, message = _with_components(dots)
+    table, message = _columns_and_message(args, dots)
     table["atom"] = dots.atom
     dots = options.with_fields_of_spheres(dots, names)
     return writing.DotsToWrite(dots, table, message=message, about=options.about(args))
@@ -115,19 +136,25 @@ def _dots(args: argparse.Namespace, molecule: Molecule) -> writing.DotsToWrite:
             f"--fields: dots are written without roughness; sparsurf roughness {args.file} writes that of each dot."
         )
     rules = options.placement_options(args, _cavities(args))
-    bare = surface(molecule, frame=args.frame or 0, density=args.density or "auto", **rules)
-    dots = options.with_requested_fields(args, bare, molecule)
-    table, message = _with_components(bare)
+    frame, boundary = args.frame or 0, args.boundary or EXCLUDED
+    bare = surface(molecule, frame=frame, density=args.density or "auto", boundary=boundary, **rules)
+    dots = bare
+    if boundary == ACCESSIBLE:
+        # values of atoms need to know these; functions for excluded dots would take such dots for their own
+        xyz = molecule.xyz[frame]
+        origin = SurfaceOrigin.of_atoms(molecule, frame, xyz, Placement(), D_LINK, np.ones(len(xyz)))
+        dots = dots.with_origin(origin)
+    dots = replace(options.with_requested_fields(args, dots, molecule), origin=bare.origin)
+    table, message = _columns_and_message(args, bare)
     table |= molecule.label_columns(dots.atom)
     about = options.about(args)
     if args.residues is not None:
         chosen = options.dots_of_residues(args, dots, molecule)
         dots, table = dots.take(chosen), {name: column[chosen] for name, column in table.items()}
         areas = bare.exact_areas
-        assert areas is not None
-        area = areas[options.requested_atoms(args, molecule)].sum()
+        area = dots.total_area if areas is None else areas[options.requested_atoms(args, molecule)].sum()
         message = f"{len(dots):,} of {len(bare):,} dots, {area:,.0f} Å^2 of {bare.total_area:,.0f} Å^2"
-    return writing.DotsToWrite(dots, table, None, molecule, args.frame or 0, message=message, about=about)
+    return writing.DotsToWrite(dots, table, None, molecule, frame, message=message, about=about)
 
 
 def _triangles(args: argparse.Namespace, molecule: Molecule) -> writing.DotsToWrite:
@@ -152,6 +179,14 @@ def _triangles(args: argparse.Namespace, molecule: Molecule) -> writing.DotsToWr
 def _cavities(args: argparse.Namespace) -> str:
     """Return the rule for cavities that holds by default."""
     return "remove" if args.mesh else "keep"
+
+
+def _columns_and_message(args: argparse.Namespace, dots: Surface) -> tuple[dict[str, np.ndarray], str]:
+    """Return the columns of dots and the message on them, which names no components of the accessible surface."""
+    if args.boundary != ACCESSIBLE:
+        return _with_components(dots)
+    text = f"{len(dots):,} dots, {dots.total_area:,.0f} Å^2 of the accessible surface"
+    return {"area": dots.area, "kind": dots.kind}, text
 
 
 def _with_components(dots: Surface) -> tuple[dict[str, np.ndarray], str]:

@@ -58,7 +58,7 @@ HYDROPATHY = {"--fields hydropathy": {"fields": "hydropathy"}}
 WITHIN_A = {"--groups A:1-2+A:3-5,B": {"groups": "A:1-2+A:3-5,B"}}  # by default, A and B are partners
 OPTIONS = {
     "surface": {"": {}, **OF_ATOMS, **RESIDUES, **HYDROPATHY, **PLACED,
-     "--density 9": {"density": 9}, **CAGED,
+     "--density 9": {"density": 9}, "--boundary accessible": {"boundary": "accessible"}, **CAGED,
      "--mesh": {"mesh": True}, "--mesh --density 5": {"mesh": True, "density": 5},
      "--mesh --step 0.6": {"mesh": True, "step": 0.6},
      "--mesh --n-vertices 400": {"mesh": True, "n_vertices": 400},
@@ -216,7 +216,7 @@ def surface(file, keys, out):
     if "mesh" in keys:
         rules = {"cavities": "remove"} | some(keys, "cavities", "frame", "probe_radius", "radii")
         return mesh_of(sparsurf.surface(molecule_of(file, keys), **rules), keys, out)
-    dots = dots_of(file, keys, *PLACING)
+    dots = dots_of(file, keys, *PLACING, "boundary")
     frame = dots.to_frame()
     return frame.iloc[of_residues(frame, keys)]
 

@@ -14,6 +14,7 @@ from scipy.spatial.transform import Rotation
 
 import sparsurf
 from conftest import ROOT
+from peptides import peptide
 from sparsurf.cli import command
 from sparsurf.dot_fields.charges import _table, pdb2pqr_charges, pqr_charges, table_charges
 from sparsurf.dot_fields.columns import TableOfAtoms, columns_of
@@ -625,6 +626,30 @@ def test_chain_and_atom_tell_the_rows_of_a_residue_apart(tmp_path, caplog):
     path.write_text("residue,component\n1,1\n")
     with pytest.raises(InputError, match="'component' cannot name a field"):
         TableOfAtoms.read(path, molecule).field("component")
+
+
+def test_dots_of_the_accessible_surface_have_the_values_of_their_own_atom(tmp_path, capsys):
+    (tmp_path / "a.pdb").write_text(peptide(["ALA", "LYS", "ALA"]) + "END\n")
+    molecule = sparsurf.read_molecule(tmp_path / "a.pdb")
+    table = molecule.labels(np.arange(molecule.n_atoms)).assign(score=np.arange(molecule.n_atoms))
+    table.drop(columns="atom").rename(columns={"atom_name": "atom"}).to_csv(tmp_path / "t.csv", index=False)
+    asked = [
+        "surface",
+        str(tmp_path / "a.pdb"),
+        "--boundary",
+        "accessible",
+        "--table",
+        str(tmp_path / "t.csv"),
+    ]
+    command.main([*asked, "--fields", "score", "-o", str(tmp_path / "dots.csv")])
+    dots = pd.read_csv(tmp_path / "dots.csv")
+    assert (dots["score"] == dots["atom"]).all()
+    steps = dots[["x", "y", "z"]].to_numpy() - molecule.xyz[0][dots["atom"]]
+    reach = sparsurf.surfaces.radii.radii(molecule)[dots["atom"]] + 1.4
+    assert np.linalg.norm(steps, axis=1) == pytest.approx(reach, abs=2e-4)
+    assert dots["area"].sum() == pytest.approx(sparsurf.areas(molecule).accessible.sum(), rel=0.01)
+    assert command.main([*asked, "--fields", "depth", "-o", str(tmp_path / "dots.csv")]) != 0
+    assert "depth is one of the excluded surface" in capsys.readouterr().err
 
 
 def test_fields_are_those_of_the_first_frame(tmp_path):
