@@ -99,11 +99,9 @@ D_LINK = 0.5  # Å, below which dots are linked; authors' scripts
 STRIDE = Limits(0, whole=True)
 
 
-def frames_between(start: Any, stop: Any, stride: Any) -> slice:
+def frames_between(start: int, stop: int | None, stride: int) -> slice:
     """Return every stride-th position of a frame from `start` up to, and without, `stop`; to the end without one."""
-    first = FRAME.check(start, "start")
-    last = None if stop is None else Limits(first, whole=True).check(stop, "stop")
-    return slice(first, last, STRIDE.check(stride, "stride"))
+    return slice(start, None if stop is None else Limits(start, whole=True).check(stop, "stop"), stride)
 
 
 TOUCHED_AREA: Final = 1.0  # Å^2, that a partner buries of a residue that it touches
@@ -111,6 +109,96 @@ EACH_RESIDUE: Final = "residues"  # as groups: each is a partner
 RANK: Final = "roughness"  # What the residues of a trajectory are ranked by without a request.
 RANK_BY: Final = "sd"
 PLDDT = Limits(0, 100, open_low=False)
+
+
+class Argument(NamedTuple):
+    """What a name stands for wherever a user gives it: as an argument of a function, an option, or a key of a config.
+
+    Attributes
+    ----------
+    meaning : what it is, as the beginning of a sentence, with its unit
+    allowed : limits of a number, words to choose from, or bool
+    default : that of commands and configs, and of most functions; None where there is none
+    word : what may stand in place of a number
+    """
+
+    meaning: str
+    allowed: Limits | tuple[str, ...] | type[bool]
+    default: Any = None
+    word: str | None = None
+
+    def check(self, value: Any, name: str) -> Any:
+        """Return a value that the user gave as `name`; raise InputError unless it is allowed."""
+        if isinstance(self.allowed, Limits):
+            return self.allowed.check(value, name, self.word)
+        if not isinstance(self.allowed, type):
+            return check_choice(value, self.allowed, name)
+        check_flag(value, name)
+        return bool(value)
+
+    @property
+    def words(self) -> str:
+        """What it is, and its default, as the help of an option."""
+        default = f"{self.default:g}" if isinstance(self.default, float) else self.default
+        return self.meaning.replace("%", "%%") + (f" (default {default})" if self.default is not None else "")
+
+
+# Each name has one meaning, one set of limits and one default, wherever it is given: `public` checks arguments by it, and
+# `cli.options.add` makes an option of it.
+ARGUMENTS = {
+    "frame": Argument("position of the frame or model, from 0", FRAME, 0),
+    "stride": Argument("every n-th frame is used", STRIDE, 1),
+    "start": Argument("position of the first frame to use, from 0", FRAME, 0),
+    "stop": Argument("position of the frame before which to stop (default: after the last frame)", FRAME),
+    "jobs": Argument("number of processes", JOBS, 1),
+    "seed": Argument("seed of the random numbers", SEED, DEFAULT_SEED),
+    "probe_radius": Argument("radius of the solvent probe, Å", PROBE, PROBE_RADIUS),
+    "cavities": Argument("whether to keep or remove the walls of closed cavities inside the molecule", CAVITIES, "keep"),
+    "reentrant": Argument(
+        "concave dots where the surface intersects itself: exact removes them, dms keeps them as the program DMS does",
+        REENTRANT, "exact"),
+    "boundary": Argument(
+        "place dots where the probe touches (excluded) or where its centre can be (accessible)",
+        BOUNDARIES, "excluded"),
+    "density": Argument("number of dots per Å^2", DENSITY_LIMITS),
+    "d_link": Argument("distance below which two dots are linked, Å; linked dots form islands", LENGTH, D_LINK),
+    "r_patch": Argument("radius of the patches for roughness and sampling, Å", LENGTH, R_PATCH),
+    "r_zernike": Argument("radius of the patches for the descriptors, Å", LENGTH, R_ZERNIKE),
+    "up": Argument("whether the mean normal of a patch is turned to +z", bool, True),
+    "test_dots": Argument("number of test dots", TEST_DOTS, DEFAULT_TEST_DOTS, "published"),
+    "percent": Argument("share of the dots to keep, %", PERCENT_LIMITS),
+    "n_dots": Argument("number of dots to keep (approximate for the paper's samplers)", NUMBER_OF_DOTS),
+    "error": Argument("mean error of the surface reconstructed from as many dots as are needed, Å (default 0.02)", DISTANCE),
+    "error_99": Argument(
+        "distance within which 99 % of each surface lies from the other, Å; inf: only the mean error is bounded "
+        "(default with cover: 5 times the error)",
+        DISTANCE_OR_INFINITE),
+    "max_z": Argument("largest Z of as many dots as are needed, without reconstruction", ERROR_LIMITS),
+    "reconstruction": Argument("how the surface is reconstructed", MODELS, AUTO),
+    "reach": Argument(
+        "how far an interpolated surface extends around a dot, in local spacings; 2 closes holes between uneven dots, and larger "
+        "values add dots where there is no surface",
+        Limits(0, 10), 1.0),
+    "steps": Argument("largest number of Newton steps", Limits(0, 1000, whole=True)),
+    "n_vertices": Argument("number of vertices of a mesh, in place of their density", NUMBER_OF_DOTS),
+    "step": Argument(
+        "step of the grid of a mesh whose triangles are all kept, Å, at most half the radius of the probe (default 0.5, "
+        "about 18 vertices per Å^2)",
+        STEP_LIMITS),
+    "smooth": Argument(
+        "width of the Gaussian over which B factors and columns of a table are averaged, Å (default: not averaged)",
+        LENGTH),
+    "above": Argument("list the regions whose dots have higher values", Limits(-1e9, 1e9)),
+    "below": Argument("list the regions whose dots have lower values", Limits(-1e9, 1e9)),
+    "min_area": Argument("area of the smallest region that is listed, Å^2", ERROR_LIMITS, 20),
+    "rank_by": Argument(
+        "rank by the standard deviation over the frames, or by the highest minus the lowest value",
+        RANKINGS, RANK_BY),
+    "plugs": Argument("whether inner atoms are kept that keep the probe out", bool, True),
+    "whole": Argument("whether molecules that cross the box are made whole", bool, True),
+    "colours": Argument("whether a mesh is coloured", bool),
+    "open_browser": Argument("whether the page is opened", bool, True),
+}  # fmt: skip
 
 
 def check_plddt(value: Any) -> float:

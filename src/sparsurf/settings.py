@@ -5,7 +5,7 @@ The config of a study has the same sections (`sparsurf_study.settings` adds thos
 
 import logging
 from collections.abc import Collection, Mapping
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeAlias, TypeVar, cast
 
 from pydantic import (
     AfterValidator,
@@ -122,7 +122,6 @@ Distance = Annotated[float, Field(**_bounds(arguments.DISTANCE)), NUMBER_TYPES] 
 DistanceOrInfinite = Annotated[  # Å
     float, Field(gt=0, allow_inf_nan=True), AfterValidator(_at_most_or_infinite), NUMBER_TYPES
 ]
-Probe = Annotated[float, Field(**_bounds(arguments.PROBE)), NUMBER_TYPES]  # Å
 Density = Annotated[float, Field(**_bounds(arguments.DENSITY_LIMITS)), NUMBER_TYPES]  # dots per Å^2
 Seed = Annotated[int, Field(**_bounds(arguments.SEED)), INTEGER]
 UniqueList = Annotated[
@@ -140,6 +139,13 @@ CombinationSetting = Annotated[
 def key(default: Any, description: str, **limits: Any) -> Any:
     """Return a key with its default and meaning."""
     return Field(default, description=description, **limits)
+
+
+def of_argument(name: str) -> Any:
+    """Return the key of an argument of the same name, with its limits, default and meaning."""
+    parameter = arguments.ARGUMENTS[name]
+    meaning = f"{parameter.meaning[:1].upper()}{parameter.meaning[1:]}."
+    return key(parameter.default, meaning, **_bounds(cast(arguments.Limits, parameter.allowed)))
 
 
 def optional(description: str, **limits: Any) -> Any:
@@ -189,7 +195,7 @@ class Section(BaseModel):
 class SurfaceSettings(Section):
     """How the molecular surface is computed."""
 
-    probe_radius: Probe = key(arguments.PROBE_RADIUS, "Radius of the solvent probe, Å.")
+    probe_radius: Number = of_argument("probe_radius")
     density: Auto | Density = key(
         "auto",
         "Number of dots placed per Å^2; auto: 5.35, or more where a smaller d_link requires closer dots.",
@@ -208,11 +214,9 @@ class SurfaceSettings(Section):
 class PatchesSettings(Section):
     """Radii of the patches, and the distance below which dots are linked."""
 
-    r_patch: Length = key(arguments.R_PATCH, "Radius of the patches for roughness and sampling, Å.")
-    r_zernike: Length = key(arguments.R_ZERNIKE, "Radius of the patches for the descriptors, Å.")
-    d_link: Length = key(
-        arguments.D_LINK, "Distance below which two dots are linked, Å; linked dots form islands."
-    )
+    r_patch: Number = of_argument("r_patch")
+    r_zernike: Number = of_argument("r_zernike")
+    d_link: Number = of_argument("d_link")
     roughness: Roughness = key(
         "published", "Definition of the roughness of a patch; published is that of the paper."
     )
@@ -302,7 +306,7 @@ class Minimal(Section):
     density: Density = optional(
         "Number of dots to keep per Å^2; 0.6 gives a mean error of about 0.02 Å by the interpolant."
     )
-    percent: Percent = optional("Share of the dots to keep, %.")
+    percent: Number = of_argument("percent")
     n_dots: Positive = optional("Number of dots to keep.")
     max_z: Number = optional(
         "Largest acceptable Z under the reading `full`; no more dots are kept than the sampler needs for it.",

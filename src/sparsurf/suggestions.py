@@ -5,8 +5,10 @@ import warnings
 from collections.abc import Callable, Iterable, Mapping
 from functools import wraps
 from inspect import Parameter, signature
+from types import MappingProxyType
 from typing import Any, TypeVar, cast
 
+from sparsurf.arguments import ARGUMENTS
 from sparsurf.errors import InputError
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -41,9 +43,14 @@ PLACEMENT = (
 )
 
 
-def public(of_dots: bool = False, renamed: Mapping[str, str] | None = None) -> Callable[[F], F]:
-    """Let a function for users name the right keyword in place of a wrong one; `of_dots` if it takes what `surface` returns.
+def public(
+    of_dots: bool = False,
+    renamed: Mapping[str, str] = MappingProxyType({}),
+    words: Mapping[str, str] = MappingProxyType({}),
+) -> Callable[[F], F]:
+    """Check the arguments of a function for users by `ARGUMENTS`, and name the right keyword in place of a wrong one.
 
+    Defaults need no check, and `words` may stand in place of some numbers. It is `of_dots` if it takes what `surface` returns.
     Keywords that are `renamed`, from their old names, are taken with a DeprecationWarning.
     """
 
@@ -51,11 +58,17 @@ def public(of_dots: bool = False, renamed: Mapping[str, str] | None = None) -> C
         parameters = signature(function).parameters
         names = list(parameters)
         n_by_position = sum(parameter.kind is not Parameter.KEYWORD_ONLY for parameter in parameters.values())
+        defaults = {name: parameter.default for name, parameter in parameters.items()}
+        checks = {
+            name: ARGUMENTS[name]._replace(word=words.get(name, ARGUMENTS[name].word)).check
+            for name in names
+            if name in ARGUMENTS
+        }
         required = [name for name, parameter in parameters.items() if parameter.default is Parameter.empty]
 
         @wraps(function)
         def checked(*values: Any, **keywords: Any) -> Any:
-            for old, new in (renamed or {}).items():
+            for old, new in renamed.items():
                 if old in keywords and new not in keywords:
                     keywords[new] = value = keywords.pop(old)
                     warnings.warn(
@@ -84,13 +97,18 @@ def public(of_dots: bool = False, renamed: Mapping[str, str] | None = None) -> C
                 raise InputError(
                     f"{function.__name__} needs {missing[0]}; its arguments are {', '.join(names)}."
                 )
+            given = dict(zip(names, values, strict=False)) | keywords
             try:
-                return function(*values, **keywords)
+                for name, check in checks.items():
+                    default = defaults[name]
+                    value = given.get(name, default)
+                    if value is not default and not (isinstance(value, str) and value == default):
+                        given[name] = check(value, name)
+                return function(**given)
             except InputError:
                 raise
             except Exception as error:  # of a message, say, that quotes an argument
-                given = zip(names, values, strict=False)
-                for name, value in (*given, *keywords.items()):
+                for name, value in given.items():
                     if not _has_a_text(value):
                         raise InputError(
                             f"{function.__name__}: {name} is a {type(value).__name__} that cannot be shown as text; "

@@ -17,7 +17,7 @@ from sparsurf.api.inputs import (
     opened_source,
     refuse_dots,
 )
-from sparsurf.arguments import EACH_RESIDUE, PROBE, TOUCHED_AREA, RadiiLike
+from sparsurf.arguments import EACH_RESIDUE, TOUCHED_AREA, RadiiLike
 from sparsurf.errors import InputError, argument
 from sparsurf.messages import no_warnings
 from sparsurf.molecules.molecule import Molecule
@@ -239,7 +239,6 @@ def areas(
     >>> areas.residues[["residue_name", "accessible", "relative"]].head(2).round(2).to_numpy().tolist()
     [['GLU', 193.3, 0.87], ['PHE', 47.28, 0.2]]
     """
-    probe_radius = PROBE.check(probe_radius, "probe_radius")
     radii = check_radii(radii)
     refuse_dots("areas", molecule)
     by_residue = isinstance(groups, str) and groups == EACH_RESIDUE

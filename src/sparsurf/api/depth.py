@@ -8,7 +8,7 @@ import numpy as np
 
 from sparsurf.api.inputs import MoleculeLike, as_spheres
 from sparsurf.api.surfaces import placement
-from sparsurf.arguments import PROBE, Cavities, RadiiLike
+from sparsurf.arguments import Cavities, RadiiLike
 from sparsurf.suggestions import public
 from sparsurf.surfaces.radii import PROBE_RADIUS
 
@@ -68,7 +68,7 @@ def depth(
 
     from sparsurf.dot_fields.depth import depth_of_atoms, depth_of_residues
 
-    rules = placement(PROBE.check(probe_radius, "probe_radius"), "auto", radii, cavities)
+    rules = placement(probe_radius, "auto", radii, cavities)
     atoms, xyz, atom_radii = as_spheres(molecule, frame, radii)
     values = depth_of_atoms(xyz, atom_radii, rules.probe_radius, rules.cavities)
     if atoms is None:

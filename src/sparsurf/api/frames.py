@@ -32,15 +32,11 @@ from sparsurf.api.replacing import (
 from sparsurf.api.surfaces import placement
 from sparsurf.api.writing import parse_output, write_file
 from sparsurf.arguments import (
-    JOBS,
-    PROBE,
     RANK,
     RANK_BY,
-    RANKINGS,
     Cavities,
     RadiiLike,
     Ranking,
-    check_choice,
     frames_between,
 )
 from sparsurf.dot_fields.depth import depth_below, depth_of_residues
@@ -239,8 +235,8 @@ def frames(
     >>> tables.ranking[["residue_name", "residue", "frames"]].to_numpy().tolist()[:2]
     [['VAL', '255', 2], ['CYS', '244', 3]]
     """
-    span, jobs = frames_between(start, stop, stride), JOBS.check(jobs, "jobs")
-    rules = placement(PROBE.check(probe_radius, "probe_radius"), "auto", radii, cavities)
+    span = frames_between(start, stop, stride)
+    rules = placement(probe_radius, "auto", radii, cavities)
     request = frames_request("frames", rules, fields, rank, rank_by)._replace(groups=groups)
     if path is not None:
         parse_output(path, FORMATS)
@@ -276,7 +272,6 @@ def frames_request(
     Without a `rank`, residues are ranked by their roughness, and without `rank_by` by its standard deviation.
     """
     rank, rank_by = RANK if rank is None else rank, RANK_BY if rank_by is None else rank_by
-    check_choice(rank_by, RANKINGS, "rank_by")
     chosen = check_fields(fields, function, of_residues=True)
     refuse_maps(chosen, function)
     if not isinstance(rank, str) or rank not in RANKED_QUANTITIES:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 
 from sparsurf.api.inputs import DotsLike, as_dots
-from sparsurf.arguments import LENGTH, PROBE, PROBE_RADIUS, Auto, RadiiTable
+from sparsurf.arguments import LENGTH, PROBE_RADIUS, Auto, RadiiTable
 from sparsurf.errors import InputError
 from sparsurf.recovery.spheres.atoms import Atoms, infer
 from sparsurf.recovery.spheres.votes import MIN_DOTS, known_model, vote
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 AUTO_PROBE = "auto"
 
 
-@public()
+@public(words={"probe_radius": AUTO_PROBE})
 def infer_atoms(
     points: DotsLike | ArrayLike,
     normals: ArrayLike | None = None,
@@ -72,8 +72,7 @@ def infer_atoms(
     True
     """
     dots = as_dots(cast("DotsLike", points if normals is None else (points, normals)))
-    told = None if probe_radius is None else PROBE.check(probe_radius, "probe_radius", AUTO_PROBE)
-    probe = None if told == AUTO_PROBE else told
+    probe = None if probe_radius == AUTO_PROBE else cast("float | None", probe_radius)
     table = _radii(radii)
     if probe is not None and table is not None:
         model = known_model(dots.points, dots.normals, probe, table)

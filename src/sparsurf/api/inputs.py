@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from numbers import Integral
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeGuard
 
 import numpy as np
 
-from sparsurf.arguments import FRAME, RadiiLike, index_array
+from sparsurf.arguments import RadiiLike, index_array
 from sparsurf.errors import InputError, argument, naming_file
 from sparsurf.files import shorten
 from sparsurf.molecules.formats import FILE_OF_DOTS, suffix
@@ -169,8 +168,6 @@ def field_names(names: Any, key: str) -> tuple[Any, ...]:
 
 def check_frame(molecule: Molecule, frame: Any, name: str) -> None:
     """Raise InputError if a molecule, called `name`, has no frame at that position."""
-    if isinstance(frame, bool) or not isinstance(frame, Integral):
-        raise InputError(f"{argument('frame')} is {frame!r}; it must be {FRAME.words}.")
     if frame not in range(molecule.n_frames):
         frames = f"the frames 0 to {molecule.n_frames - 1}" if molecule.n_frames > 1 else "one frame, 0"
         raise InputError(f"{name} has {frames}: there is no frame {frame}.")

@@ -12,19 +12,8 @@ from sparsurf.api.surface_atoms import surface_of_atoms
 from sparsurf.api.surfaces import as_surface
 from sparsurf.arguments import (
     DEFAULT_TEST_DOTS,
-    DISTANCE,
-    DISTANCE_OR_INFINITE,
-    ERROR_LIMITS,
-    LENGTH,
-    MODELS,
-    NUMBER_OF_DOTS,
-    PERCENT_LIMITS,
-    SEED,
-    Limits,
     Model,
-    check_choice,
 )
-from sparsurf.arguments import DENSITY_LIMITS as DENSITIES
 from sparsurf.errors import InputError, argument
 from sparsurf.evaluation.floors import floors_table, fresh_dots
 from sparsurf.evaluation.minimal_subset import Representation, Subset, represent
@@ -46,15 +35,7 @@ if TYPE_CHECKING:
 
 log = logging.getLogger("sparsurf")
 
-REACHES = Limits(0, 10)  # spacings; at 20, dots lie 15 Å and more off the surface of a peptide
-STEPS_LIMITS = Limits(0, 1000, whole=True)
-SIZES = {
-    "percent": PERCENT_LIMITS,
-    "n_dots": NUMBER_OF_DOTS,
-    "density": DENSITIES,
-    "error": DISTANCE,
-    "max_z": ERROR_LIMITS,
-}
+SIZES = ("percent", "n_dots", "density", "error", "max_z")
 
 
 @public(of_dots=True, renamed={"model": "reconstruction"})
@@ -130,7 +111,7 @@ def represented(
     error_99: float | None,
 ) -> Representation:
     """Return a surface and its subset of a size; those of `sizes` that are None are not requested."""
-    request = {key: SIZES[key].check(value, key) for key, value in sizes.items() if value is not None}
+    request = {key: value for key, value in sizes.items() if value is not None}
     if len(request) > 1:
         raise InputError("minimal: give only one of percent, n_dots, density, error and max_z.")
     dots = _linked_dots(source, d_link)
@@ -140,15 +121,11 @@ def represented(
         )
     if not (isinstance(sampler, str) and sampler == AUTO):
         get_samplers([sampler], "minimal.sampler")  # names an unknown one
-    seed = SEED.check(seed, "seed")
-    check_choice(reconstruction, MODELS, "reconstruction")
-    if error_99 is not None:
-        error_99 = DISTANCE_OR_INFINITE.check(error_99, "error_99")
-        if request and "error" not in request:
-            raise InputError(
-                f"minimal: {argument('error_99')} belongs to an error; leave out {argument(next(iter(request)))} or "
-                f"{argument('error_99')}."
-            )
+    if error_99 is not None and request and "error" not in request:
+        raise InputError(
+            f"minimal: {argument('error_99')} belongs to an error; leave out {argument(next(iter(request)))} or "
+            f"{argument('error_99')}."
+        )
     ways = {"sampler": sampler, "reconstruction": reconstruction, "error_99": error_99}
     wanted = Minimal(**request).model_copy(update=ways)
     settings = Settings(patches=PatchesSettings(d_link=d_link)).model_copy(update={"minimal": wanted})
@@ -250,8 +227,7 @@ def recover(
             raise InputError(
                 "recover: reach, steps and reconstruction are about dots; leave them out for atoms."
             )
-        rules = replace(few.rules, density=DENSITIES.check(density, "density"))
-        return surface_of_atoms(few, rules)
+        return surface_of_atoms(few, replace(few.rules, density=density))
     dense, share = recover_with_share(
         few, density=density, reach=reach, steps=steps, reconstruction=reconstruction
     )
@@ -263,16 +239,13 @@ def recover_with_share(
     few: DotsLike, *, density: float, reach: float, steps: int = NEWTON_STEPS, reconstruction: Model
 ) -> tuple[Surface, float]:
     """Recover a dense surface like `recover`, and return the share of the dots that lie on spheres of inferred atoms as well."""
-    density, reach = DENSITIES.check(density, "density"), REACHES.check(reach, "reach")
-    steps, kept = STEPS_LIMITS.check(steps, "steps"), as_dots(few)
-    check_choice(reconstruction, MODELS, "reconstruction")
+    kept = as_dots(few)
     rebuilt = reconstruct(kept, density, reconstruction, reach, steps, available_cores())
     return surface_with_fields(kept, rebuilt), rebuilt.share
 
 
 def _linked_dots(source: SurfaceLike, d_link: float) -> Surface:
     """Return the dots of all that `as_surface` takes, dense enough for `d_link`, Å."""
-    d_link = LENGTH.check(d_link, "d_link")
     dots = as_surface(source, d_link)
     refuse_sparse(dots.points, d_link, "surface")
     return dots

@@ -12,7 +12,7 @@ from sparsurf import registry
 from sparsurf.api.inputs import SurfaceLike
 from sparsurf.api.surfaces import as_index, as_surface
 from sparsurf.api.whole_surface import WholeSurface, with_patches
-from sparsurf.arguments import LENGTH, check_flag, index_array
+from sparsurf.arguments import index_array
 from sparsurf.errors import InputError, argument
 from sparsurf.patches.descriptors import PUBLISHED, DescriptorLike, describe_patches
 from sparsurf.patches.index import D_LINK, R_PATCH, R_ZERNIKE, PatchIndex
@@ -76,7 +76,6 @@ def roughness(
     >>> R.shape, round(float(R.mean()), 3)
     ((24600,), 0.594)
     """
-    r_patch, d_link = LENGTH.check(r_patch, "r_patch"), LENGTH.check(d_link, "d_link")
     registry.load("roughness", roughness, "roughness")  # refused before dots are placed
     patches = PatchesSettings(r_patch=r_patch, d_link=d_link).model_copy(update={"roughness": roughness})
     return measured_roughness(as_surface(surface, d_link), patches)[0]
@@ -141,11 +140,9 @@ def descriptors(
     >>> z.shape, round(float(((z[0] - z[1]) ** 2).sum() ** 0.5), 2)
     ((3, 121), 1.74)
     """
-    r_zernike = LENGTH.check(r_zernike, "r_zernike")
-    check_flag(up, "up")
     registry.load("descriptor", descriptor, "descriptor")  # refused before dots are placed
     index = as_index(surface, d_link, r_zernike, "r_zernike")
-    return describe_points(index, _points_at(index, at), r_zernike, bool(up), "at", descriptor)
+    return describe_points(index, _points_at(index, at), r_zernike, up, "at", descriptor)
 
 
 def describe_points(

@@ -15,7 +15,7 @@ from sparsurf.api.field_values import check_fields, refuse_maps, with_fields
 from sparsurf.api.folders import ResultsOfFolder
 from sparsurf.api.inputs import MoleculeLike, as_spheres, first_group
 from sparsurf.api.surfaces import placement
-from sparsurf.arguments import DENSITY_LIMITS, JOBS, NUMBER_OF_DOTS, PROBE, SEED, Cavities, RadiiLike
+from sparsurf.arguments import Cavities, RadiiLike
 from sparsurf.errors import InputError
 from sparsurf.molecules.listing import structures_in
 from sparsurf.molecules.selection import Groups
@@ -122,12 +122,10 @@ def _checked(
     """Check the arguments of `points` and `points_of`."""
     if n_dots is not None and density is not None:
         raise InputError("points: give either n_dots or density, not both.")
-    if density is not None:
-        density = DENSITY_LIMITS.check(density, "density")
-    else:
-        n_dots = NUMBER_OF_DOTS.check(N_POINTS if n_dots is None else n_dots, "n_dots")
-    rules = placement(PROBE.check(probe_radius, "probe_radius"), "auto", radii, cavities)
-    return PointsRequest(n_dots, density, SEED.check(seed, "seed"), rules, check_fields(fields, "points"))
+    if density is None:
+        n_dots = N_POINTS if n_dots is None else n_dots
+    rules = placement(probe_radius, "auto", radii, cavities)
+    return PointsRequest(n_dots, density, seed, rules, check_fields(fields, "points"))
 
 
 def _chosen(molecule: Any, request: PointsRequest, frame: int = 0, groups: Groups | None = None) -> Points:
@@ -242,5 +240,4 @@ def points_of(
     """
     request = _checked(n_dots, density, fields, seed, probe_radius, radii, cavities)
     refuse_maps(request.fields, "points_of")
-    jobs = JOBS.check(jobs, "jobs")
     return PointsOfFolder(structures_in(folder), partial(_chosen, request=request), jobs)

@@ -10,7 +10,6 @@ import numpy as np
 from sparsurf.api.fields import fields, labelled
 from sparsurf.api.inputs import SurfaceLike, as_dots, has_atoms
 from sparsurf.api.surfaces import surface as surface_of
-from sparsurf.arguments import ERROR_LIMITS, Limits
 from sparsurf.errors import InputError, argument
 from sparsurf.molecules.unwrapping import pieces
 from sparsurf.patches.index import D_LINK
@@ -26,8 +25,6 @@ if TYPE_CHECKING:
     from sparsurf.dot_fields.named_fields import FieldLike
     from sparsurf.surfaces.mesh import Mesh
     from sparsurf.surfaces.surface import Surface
-
-THRESHOLD = Limits(-1e9, 1e9)
 
 
 @public(of_dots=True)
@@ -81,12 +78,10 @@ def regions(
     """
     if (above is None) == (below is None):
         raise InputError(f"regions: give a threshold, either {argument('above')} or {argument('below')}.")
-    name, limit, is_past, peak, end = (
-        ("above", above, np.greater, np.fmax.reduce, "highest")
-        if below is None
-        else ("below", below, np.less, np.fmin.reduce, "lowest")
+    limit: Any = above if below is None else below
+    is_past, peak, end = (
+        (np.greater, np.fmax.reduce, "highest") if below is None else (np.less, np.fmin.reduce, "lowest")
     )
-    limit, min_area = THRESHOLD.check(limit, name), ERROR_LIMITS.check(min_area, "min_area")
     surface = surface_of(dots, cavities="remove") if has_atoms(dots) else as_dots(labelled(dots))
     surface = with_field(surface, field)
     (values,) = surface.fields.values()

@@ -29,7 +29,7 @@ from sparsurf.api.replacing import refuse_replacing
 from sparsurf.api.surfaces import as_surface, surface
 from sparsurf.api.whole_surface import placed_again
 from sparsurf.api.writing import PAGE_ENDINGS, parse_output, write_page
-from sparsurf.arguments import ColourLimits, Ranking, check_flag
+from sparsurf.arguments import ColourLimits, Ranking
 from sparsurf.errors import InputError
 from sparsurf.molecules.formats import title
 from sparsurf.molecules.read_molecule import read_molecule
@@ -101,7 +101,6 @@ def show(
     >>> "The 10 roughest residues" in page.html
     True
     """
-    check_flag(open_browser, "open_browser")
     if path is not None:
         parse_output(path, PAGE_ENDINGS)
         refuse_replacing(path, (source, trajectory))

@@ -18,10 +18,6 @@ from sparsurf.arguments import (
     ALPHA,
     DEFAULT_TEST_DOTS,
     EXPONENT,
-    LENGTH,
-    PERCENT_LIMITS,
-    SEED,
-    TEST_DOTS,
     Limits,
 )
 from sparsurf.errors import InputError, argument
@@ -112,8 +108,6 @@ def prepare(
                 "prepare: this surface is prepared already; give its dots to prepare it with other settings."
             )
         return surface
-    r_patch, r_zernike = LENGTH.check(r_patch, "r_patch"), LENGTH.check(r_zernike, "r_zernike")
-    d_link, seed = LENGTH.check(d_link, "d_link"), SEED.check(seed, "seed")
     registry.load("roughness", roughness, "roughness")  # refused before dots are placed
     registry.load("descriptor", descriptor, "descriptor")
     patches = PatchesSettings(r_patch=r_patch, r_zernike=r_zernike, d_link=d_link)
@@ -191,7 +185,7 @@ def sample(
     """
     prepared = _prepared(surface, PatchesSettings(d_link=_link_of(surface)))
     if seed is not None:
-        prepared = prepared.with_streams(replace(prepared.stream, seed=SEED.check(seed, "seed")))
+        prepared = prepared.with_streams(replace(prepared.stream, seed=seed))
     sizes = [name for name, value in (("percent", percent), ("n_dots", n_dots)) if value is not None]
     if combination is not None:
         kept = _draw_combination(prepared, combination, sampler, sizes)
@@ -199,8 +193,8 @@ def sample(
         if len(sizes) != 1:
             raise InputError("sample: give either percent or n_dots, such as percent=10.")
         sampler, n = "farthest" if sampler is None else sampler, len(prepared.points)
-        if n_dots is None:
-            n_dots = max(1, round(PERCENT_LIMITS.check(percent, "percent") / 100 * n))
+        if percent is not None:
+            n_dots = max(1, round(percent / 100 * n))
         n_dots = Limits(1, n, whole=True, open_low=False).check(n_dots, "n_dots")
         get_samplers([sampler], "sampler")  # names an unknown one
         kept = draw_subset(prepared, sampler, n_dots)
@@ -292,7 +286,7 @@ def compare(
     if not by_name:
         raise InputError("subsets: there are none; give at least one.")
     reading_of(reading)  # names an unknown one
-    test_dots, n = TEST_DOTS.check(test_dots, "test_dots", "published"), len(prepared.points)
+    n = len(prepared.points)
     kept = [subset_indices(name, subset, n) for name, subset in by_name.items()]
     for (name, subset), dots in zip(by_name.items(), kept, strict=True):
         if isinstance(subset, Subset) and not np.array_equal(subset.points, prepared.points[dots]):

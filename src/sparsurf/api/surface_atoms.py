@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sparsurf.api.inputs import MoleculeLike, as_spheres, refuse_dots
-from sparsurf.arguments import CAVITIES, D_LINK, PROBE, Cavities, RadiiLike, check_choice, check_flag
+from sparsurf.arguments import D_LINK, Cavities, RadiiLike
 from sparsurf.errors import InputError, argument
 from sparsurf.suggestions import public
 from sparsurf.surfaces.molecular_surface import surface_of_surface_atoms
@@ -74,15 +74,12 @@ def surface_atoms(
     >>> sparsurf.surface_atoms("data/tdp43/topology.pdb")
     SurfaceAtoms: 731 of 953 atoms, of which the probe touches 709
     """
-    probe_radius = PROBE.check(probe_radius, "probe_radius")
     radii = check_radii(radii)
-    check_choice(cavities, CAVITIES, "cavities")
-    check_flag(plugs, "plugs")
     refuse_dots("surface_atoms", molecule)
     atoms, xyz, sphere_radii = as_spheres(molecule, frame, radii)
     spheres = Spheres(xyz, sphere_radii, [])
     rules = Placement(probe_radius, radii=radii, cavities=cavities)
-    return atoms_of_surface(spheres, rules, bool(plugs), atoms, frame)
+    return atoms_of_surface(spheres, rules, plugs, atoms, frame)
 
 
 def surface_of_atoms(atoms: SurfaceAtoms, rules: Placement | None = None, d_link: float = D_LINK) -> Surface:

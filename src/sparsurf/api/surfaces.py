@@ -28,21 +28,12 @@ from sparsurf.api.inputs import (
 )
 from sparsurf.api.surface_atoms import surface_of_atoms
 from sparsurf.arguments import (
-    BOUNDARIES,
-    CAVITIES,
-    DENSITY_LIMITS,
-    LENGTH,
-    NUMBER_OF_DOTS,
-    PROBE,
-    REENTRANT,
-    STEP_LIMITS,
     Auto,
     Boundary,
     Cavities,
     Model,
     RadiiLike,
     Reentrant,
-    check_choice,
 )
 from sparsurf.errors import InputError, argument
 from sparsurf.molecules.selection import Groups
@@ -122,9 +113,6 @@ def surface(
     >>> sparsurf.surface("data/tdp43/topology.pdb")
     Surface of 24,600 dots
     """
-    check_choice(boundary, BOUNDARIES, "boundary")
-    probe_radius, d_link = PROBE.check(probe_radius, "probe_radius"), LENGTH.check(d_link, "d_link")
-    density = DENSITY_LIMITS.check(density, "density", "auto")
     rules = placement(probe_radius, density, radii, cavities, reentrant)
     if groups is not None:
         if boundary == "accessible":
@@ -270,8 +258,6 @@ def mesh(
     7900.0
     """
     size = mesh_size(n_vertices, density, step)
-    if cavities is not None:
-        check_choice(cavities, CAVITIES, "cavities")
     names = check_fields(fields, "mesh")
     source = opened_source(surface)
     if isinstance(source, Surface) and source.placed:
@@ -299,15 +285,13 @@ class MeshSize(NamedTuple):
     step: float | None = None  # Å
 
 
-def mesh_size(n_vertices: Any = None, density: Any = None, step: Any = None) -> MeshSize:
-    """Check the arguments that set the size of a mesh."""
+def mesh_size(
+    n_vertices: int | None = None, density: float | None = None, step: float | None = None
+) -> MeshSize:
+    """Return the size of a mesh; raise InputError unless at most one of the arguments sets it."""
     if sum(value is not None for value in (n_vertices, density, step)) > 1:
         raise InputError("mesh: give either n_vertices or density or step, not several of them.")
-    return MeshSize(
-        None if n_vertices is None else NUMBER_OF_DOTS.check(n_vertices, "n_vertices"),
-        None if density is None else DENSITY_LIMITS.check(density, "density"),
-        None if step is None else STEP_LIMITS.check(step, "step"),
-    )
+    return MeshSize(n_vertices, density, step)
 
 
 def placement_of(rules: Rules) -> Placement:
@@ -420,7 +404,6 @@ def as_surface(source: SurfaceLike, d_link: float = D_LINK) -> Surface:
 
 def as_index(source: SurfaceLike, d_link: float, radius: float, name: str) -> PatchIndex:
     """Return the index of all that `as_surface` takes; its dots must suit `d_link`, and patches of a radius called `name`."""
-    d_link = LENGTH.check(d_link, "d_link")
     dots = as_surface(source, d_link)
     refuse_sparse(dots.points, d_link, "surface", radii={name: radius})
     return build_index(dots.points, dots.normals, d_link)
@@ -434,6 +417,4 @@ def placement(
     reentrant: Reentrant = "exact",
 ) -> Placement:
     """Return how dots are placed for what the functions and commands were given; a density or 'auto'."""
-    check_choice(cavities, CAVITIES, "cavities")
-    check_choice(reentrant, REENTRANT, "reentrant")
     return Placement(probe_radius, density, check_radii(radii), cavities, reentrant)

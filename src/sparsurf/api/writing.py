@@ -23,7 +23,7 @@ from sparsurf.api.inputs import MoleculeLike, as_molecule, check_frame, is_subse
 from sparsurf.api.page_metadata import About
 from sparsurf.api.replacing import beside_mesh, beside_script, path_of_faces, refuse_replacing
 from sparsurf.api.scenes import SCENES, chimerax_script, write_scene
-from sparsurf.arguments import FRAME, ColourLimits, check_flag
+from sparsurf.arguments import ColourLimits
 from sparsurf.errors import InputError, argument, naming_file
 from sparsurf.files import as_path, closed_streams, ends_in, shorten
 from sparsurf.molecules.formats import title
@@ -493,9 +493,6 @@ def write(
     >>> sparsurf.write(mesh, "/tmp/mesh.ply", names={"hydropathy": "hphob"})
     """
     refuse_replacing(as_path(path), (result, molecule))
-    frame = FRAME.check(frame, "frame")
-    if colours is not None:
-        check_flag(colours, "colours")
     if names is not None and not isinstance(names, Mapping):
         raise InputError(
             f"write: names is {names!r}; it must be a dictionary such as {{'hydropathy': 'hphob'}}."

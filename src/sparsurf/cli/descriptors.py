@@ -7,10 +7,9 @@ import pandas as pd
 
 from sparsurf.api import writing
 from sparsurf.api.patches import descriptors
-from sparsurf.arguments import LENGTH, Limits
+from sparsurf.arguments import Limits
 from sparsurf.cli import options, outputs
 from sparsurf.patches.descriptors import PUBLISHED
-from sparsurf.patches.index import R_ZERNIKE
 from sparsurf.patches.zernike.polynomials import indices
 
 OF_MOMENTS = (PUBLISHED, "rotation_robust")  # descriptors whose numbers are magnitudes of moments
@@ -40,12 +39,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--every", type=options.number_within(Limits(0, whole=True)), help="use only every n-th of these dots"
     )
-    parser.add_argument(
-        "--r-zernike",
-        type=options.number_within(LENGTH),
-        default=R_ZERNIKE,
-        help=f"radius of a patch in Å (default {R_ZERNIKE:g})",
-    )
+    options.add(parser, "r_zernike", has_default=True)
     parser.add_argument(
         "--down",
         action="store_true",
@@ -59,7 +53,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help="numbers that describe a patch: %(choices)s (default published); rotation_robust changes very little when the "
         "molecule is rotated",
     )
-    options.add_d_link(parser)
+    options.add(parser, "d_link", has_default=True)
     options.add_molecule(parser)
     options.add_placement(parser)
 

@@ -28,7 +28,7 @@ finished, and writes the same bytes.
 def add_files(parser: argparse.ArgumentParser, meaning: str) -> None:
     """Add FILE, which may be a folder or several files, and the number of processes."""
     parser.add_argument("files", nargs="+", metavar="FILE", help=f"{meaning}, a folder, or several files")
-    options.add_jobs(parser)
+    options.add(parser, "jobs", has_default=True)
 
 
 def written(

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 from sparsurf import registry
 from sparsurf.api.replacing import beside_frames, path_of_frames
-from sparsurf.arguments import FRAME, STRIDE
 from sparsurf.cli import options, outputs
 from sparsurf.files import pluralise
 from sparsurf.molecules.formats import TOPOLOGY_LABELS
@@ -60,18 +59,14 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     options.add_file(parser, text)
     text = f"file to write ({' '.join(FORMATS)}); tables are written next to it, with _frames, _ranking and _contacts added"
     parser.add_argument("-o", "--output", required=True, metavar="OUT", help=text)
-    text = "measure every n-th frame (default 1, all frames)"
-    parser.add_argument("--stride", type=options.number_within(STRIDE), default=1, metavar="N", help=text)
-    text = "position of the first frame to measure, from 0 (default 0)"
-    parser.add_argument("--start", type=options.number_within(FRAME), default=0, metavar="N", help=text)
-    text = "position of the frame before which to stop (default: after the last frame)"
-    parser.add_argument("--stop", type=options.number_within(FRAME), metavar="N", help=text)
+    for name in ("stride", "start", "stop"):
+        options.add(parser, name, has_default=True, metavar="N")
     options.add_groups(parser)
     options.add_fields(parser, has_table=False)
     options.add_ranking(parser)
     options.add_molecule(parser, with_frame=False)
     options.add_placement(parser)
-    options.add_jobs(parser)
+    options.add(parser, "jobs", has_default=True)
 
 
 def run(args: argparse.Namespace) -> None:

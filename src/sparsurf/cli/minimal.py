@@ -2,10 +2,9 @@
 
 import argparse
 
-from sparsurf import registry
 from sparsurf.api import writing
 from sparsurf.api.minimal import SIZES, represented
-from sparsurf.arguments import DISTANCE_OR_INFINITE, MODELS
+from sparsurf.arguments import MODELS
 from sparsurf.cli import options, outputs
 from sparsurf.evaluation.minimal_subset import Representation
 from sparsurf.evaluation.statistics import reference_values
@@ -54,23 +53,13 @@ examples:
 """
 
 
-HELP = {
-    "percent": "share of all dots to keep, %%",
-    "n_dots": f"number of dots to keep (approximate for {' and '.join(registry.samplers_of_combinations())})",
-    "density": "number of dots to keep per Å^2",
-    "error": "keep as many dots as the sampler needs for this mean error of the reconstructed surface, Å (default 0.02)",
-    "max_z": "keep as many dots as the sampler needs for this Z, without reconstruction",
-}
-
-
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     options.add_file(parser, "structure or dots")
     options.add_output(parser, FORMATS)
     size = parser.add_mutually_exclusive_group()
-    for name, limits in SIZES.items():
-        option = f"--{name.replace('_', '-')}"
-        size.add_argument(option, type=options.number_within(limits), help=HELP[name])
+    for name in SIZES:
+        options.add(size, name)
     parser.add_argument(
         "--sampler",
         choices=options.Names("sampler", AUTO),
@@ -79,16 +68,11 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help="method that chooses the dots: %(choices)s (default auto: cover for an error of a structure of at most 0.12 Å,"
         " else farthest)",
     )
-    parser.add_argument(
-        "--error-99",
-        type=options.number_within(DISTANCE_OR_INFINITE),
-        help="distance in Å within which 99 %% of each surface lies from the other; inf: only the mean error is bounded"
-        " (default with cover: 5 times --error)",
-    )
-    options.add_seed(parser, "seed of the random numbers, as in a study")
+    options.add(parser, "error_99")
+    options.add(parser, "seed", has_default=True)
     options.add_fields(parser)
     options.add_limits(parser)
-    options.add_d_link(parser)
+    options.add(parser, "d_link", has_default=True)
     meaning = (
         f"how the surface is reconstructed where its error is measured: {', '.join(MODELS)} (default auto)"
     )

@@ -16,23 +16,11 @@ from sparsurf import progress, registry
 from sparsurf.api.inputs import check_frame, is_file_of_spheres
 from sparsurf.api.page_metadata import About, heard
 from sparsurf.arguments import (
-    AUTO,
-    CAVITIES,
-    D_LINK,
-    DEFAULT_SEED,
+    ARGUMENTS,
     EACH_RESIDUE,
-    FRAME,
-    JOBS,
-    LENGTH,
     MODELS,
-    NUMBER_OF_DOTS,
-    PROBE,
     PROBE_RADIUS,
     RANK,
-    RANK_BY,
-    RANKINGS,
-    SEED,
-    STEP_LIMITS,
     Limits,
     split_names,
 )
@@ -110,6 +98,26 @@ def number_within(limits: Limits) -> Callable[[str], float]:
     return parse
 
 
+def add(
+    parser: argparse._ActionsContainer,
+    name: str,
+    *flags: str,
+    meaning: str = "",
+    has_default: bool = False,
+    metavar: str | None = None,
+) -> None:
+    """Add the option of an argument, with its limits or choices, and the words that it has everywhere or a `meaning` of its own.
+
+    Unless it `has_default`, the option is None where it is not given, so that it can be told from one that is.
+    """
+    parameter = ARGUMENTS[name]
+    allowed: Any = parameter.allowed
+    checks = {"type": number_within(allowed)} if isinstance(allowed, Limits) else {"choices": allowed}
+    checks |= {"default": parameter.default} if has_default else {}
+    option = f"--{name.replace('_', '-')}"
+    parser.add_argument(*flags, option, metavar=metavar, help=meaning or parameter.words, **checks)
+
+
 def add_file(parser: argparse.ArgumentParser, meaning: str) -> None:
     """Add FILE, which is read."""
     parser.add_argument("file", metavar="FILE", help=meaning)
@@ -141,7 +149,7 @@ class ModelOrNumber(StoreOnce):
 
 def add_reconstruction(parser: argparse.ArgumentParser, meaning: str) -> None:
     """Add the option that says how a surface is reconstructed."""
-    parser.add_argument("--reconstruction", choices=MODELS, default=AUTO, help=meaning)
+    add(parser, "reconstruction", meaning=meaning, has_default=True)
 
 
 def add_molecule(parser: argparse.ArgumentParser, *, with_frame: bool = True) -> None:
@@ -150,8 +158,7 @@ def add_molecule(parser: argparse.ArgumentParser, *, with_frame: bool = True) ->
     meaning = f"trajectory whose frames belong to the structure ({TRAJECTORY_LABELS}, or a structure with several frames)"
     atoms.add_argument("--trajectory", help=meaning)
     if with_frame:
-        meaning = "frame or model to read, from 0 (default 0)"
-        atoms.add_argument("--frame", type=number_within(FRAME), help=meaning)
+        add(atoms, "frame")
     atoms.add_argument("--chains", help="chains that are present, such as A,B")
     atoms.add_argument(
         "--selection",
@@ -211,30 +218,19 @@ def add_residues(parser: argparse._ActionsContainer) -> None:
     parser.add_argument("--residues", help=help_text)
 
 
-def add_seed(parser: argparse.ArgumentParser, meaning: str) -> None:
-    """Add the seed of what is chosen at random; `meaning` says what that is."""
-    parser.add_argument(
-        "--seed", type=number_within(SEED), default=DEFAULT_SEED, help=f"{meaning} (default {DEFAULT_SEED})"
-    )
-
-
 def add_placement(
     parser: argparse.ArgumentParser, cavities: str | None = " keep"
 ) -> argparse._ActionsContainer:
     """Add the group of options that define a surface; `cavities` says which rule for cavities holds by default, None without."""
     group = parser.add_argument_group("surface of a structure")
-    help_text = f"radius of the probe in Å (default {PROBE_RADIUS:g})"
-    group.add_argument("--probe-radius", type=number_within(PROBE), help=help_text)
+    add(group, "probe_radius")
     group.add_argument(
         "--radii",
         metavar="TABLE",
         help="atomic radii: dms (default), bondi, or a CSV with the columns radius (Å) and residue_name, atom or element",
     )
     if cavities is not None:
-        help_text = (
-            f"whether to keep or remove the walls of closed cavities inside the molecule (default{cavities})"
-        )
-        group.add_argument("--cavities", choices=CAVITIES, help=help_text)
+        add(group, "cavities", meaning=f"{ARGUMENTS['cavities'].meaning} (default{cavities})")
     return group
 
 
@@ -261,19 +257,13 @@ def add_ranking(parser: argparse._ActionsContainer) -> None:
     """Add the options by which the residues of a trajectory are ranked."""
     help_text = f"rank residues by how much this changes: {RANK} (default), another column, such as area or buried, or any field"
     parser.add_argument("--rank", metavar="NAME", help=help_text)
-    help_text = f"rank by the standard deviation over the frames, or by the highest minus the lowest value (default {RANK_BY})"
-    parser.add_argument("--rank-by", choices=RANKINGS, help=help_text)
+    add(parser, "rank_by")
 
 
 def add_size_of_mesh(parser: argparse._ActionsContainer) -> None:
     """Add the number of vertices and the step of the grid of a mesh."""
-    help_text = "number of vertices of a mesh, instead of --density"
-    parser.add_argument("--n-vertices", type=number_within(NUMBER_OF_DOTS), help=help_text)
-    help_text = (
-        "of a mesh without a number of vertices, step of its grid in Å, at most half the radius of the probe (default 0.5, "
-        "about 18 vertices per Å^2)"
-    )
-    parser.add_argument("--step", type=number_within(STEP_LIMITS), help=help_text)
+    add(parser, "n_vertices")
+    add(parser, "step")
 
 
 def refuse_size_of_mesh(args: argparse.Namespace) -> None:
@@ -288,17 +278,6 @@ def refuse_size_of_mesh(args: argparse.Namespace) -> None:
         raise InputError(f"{given[-1]} is the size of a mesh; add --mesh, or leave the option out.")
     if len(sizes) > 1:
         raise InputError(f"give either {' or '.join(given)}, not {'both' if len(given) == 2 else 'all'}.")
-
-
-def add_d_link(parser: argparse.ArgumentParser) -> None:
-    """Add the linking distance of patches."""
-    help_text = f"distance below which two dots of a patch are linked, Å (default {D_LINK:g})"
-    parser.add_argument("--d-link", type=number_within(LENGTH), default=D_LINK, help=help_text)
-
-
-def add_jobs(parser: argparse.ArgumentParser) -> None:
-    """Add the number of processes."""
-    parser.add_argument("--jobs", type=number_within(JOBS), default=1, help="number of processes (default 1)")
 
 
 def add_fields(parser: argparse._ActionsContainer, has_table: bool = True) -> None:
@@ -318,10 +297,7 @@ def add_values_of_atoms(parser: argparse._ActionsContainer) -> None:
         " names; a residue_name beside residue must agree with FILE"
     )
     parser.add_argument("--table", metavar="CSV", help=help_text)
-    help_text = (
-        "average B factors and columns of --table over a Gaussian of this width, Å (default: not averaged)"
-    )
-    parser.add_argument("--smooth", type=number_within(LENGTH), metavar="WIDTH", help=help_text)
+    add(parser, "smooth", metavar="WIDTH")
 
 
 def source_of(args: argparse.Namespace) -> Source:

@@ -8,7 +8,6 @@ from sparsurf import registry
 from sparsurf.api.field_values import check_fields
 from sparsurf.api.points import N_POINTS, points
 from sparsurf.api.writing import OUTPUTS_OF_DOTS, write
-from sparsurf.arguments import DENSITY_LIMITS, NUMBER_OF_DOTS
 from sparsurf.cli import folders, options, outputs
 from sparsurf.dot_fields.maps import MAPS
 from sparsurf.molecules.formats import title
@@ -43,18 +42,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     folders.add_files(parser, "structure")
     options.add_output(parser, FORMATS)
     size = parser.add_mutually_exclusive_group()
-    size.add_argument(
-        "-n",
-        "--n-dots",
-        type=options.number_within(NUMBER_OF_DOTS),
-        help=f"number of points on each structure (default {N_POINTS})",
-    )
-    size.add_argument(
-        "--density",
-        type=options.number_within(DENSITY_LIMITS),
-        help="number of points per Å^2, instead of --n-dots",
-    )
-    options.add_seed(parser, "seed that chooses the first point, from which all others follow")
+    options.add(size, "n_dots", "-n", meaning=f"number of points on each structure (default {N_POINTS})")
+    options.add(size, "density", meaning="number of points per Å^2, instead of --n-dots")
+    options.add(parser, "seed", has_default=True)
     help_text = "values at the points: roughness (of the dense surface), %(choices)s, or maps"
     help_text += f" ({' '.join(MAPS)}), with commas between"
     choices = options.SeveralNames("field")

@@ -8,19 +8,17 @@ import numpy as np
 import pandas as pd
 
 from sparsurf.api import writing
-from sparsurf.api.minimal import REACHES, recover_with_share
+from sparsurf.api.minimal import recover_with_share
 from sparsurf.api.page_metadata import heard
 from sparsurf.api.patches import describe_points
 from sparsurf.api.replacing import beside_mesh
 from sparsurf.api.surfaces import mesh_of_dots, mesh_size
-from sparsurf.arguments import DENSITY_LIMITS as DENSITIES
 from sparsurf.arguments import INTERPOLANT, MODELS
 from sparsurf.cli import options, outputs
 from sparsurf.cli.descriptors import descriptor_table
 from sparsurf.errors import InputError
 from sparsurf.files import ends_in
 from sparsurf.patches.index import D_LINK, R_ZERNIKE, build_index
-from sparsurf.recovery.interpolated_surface import REACH
 from sparsurf.surfaces.read_surface import read_points, read_surface
 from sparsurf.surfaces.spacing import DENSITY, refuse_sparse
 from sparsurf.surfaces.surface import Surface
@@ -59,20 +57,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )
     options.add_colours(parser)
     options.add_limits(parser)
-    parser.add_argument(
-        "--density",
-        type=options.number_within(DENSITIES),
-        help=f"dots per Å^2; up to a third more where the surface is interpolated (default {DENSITY:g}); with --mesh, the number "
-        "of vertices per Å^2",
-    )
+    help_text = f"dots per Å^2; up to a third more where the surface is interpolated (default {DENSITY:g}); with --mesh, vertices"
+    options.add(parser, "density", meaning=help_text)
     options.add_size_of_mesh(parser)
-    parser.add_argument(
-        "--reach",
-        type=options.number_within(REACHES),
-        default=REACH,
-        help=f"distance to which an interpolated surface extends around a dot, in units of the local spacing (default "
-        f"{REACH:g}; 2 closes holes between unevenly spaced dots; larger values add dots where there is no surface)",
-    )
+    options.add(parser, "reach", has_default=True)
     options.add_reconstruction(
         parser,
         "auto (default) uses the inferred atoms if they explain the dots, interpolant never does, and spheres "

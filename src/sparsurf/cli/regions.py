@@ -31,14 +31,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help="a field of the dots: %(choices)s, a map, a column of --table or of a file of dots",
     )  # fmt: skip
     threshold = parser.add_mutually_exclusive_group(required=True)
-    threshold.add_argument("--above", type=float, help="list the regions whose dots have higher values")
-    threshold.add_argument("--below", type=float, help="list the regions whose dots have lower values")
-    parser.add_argument(
-        "--min-area",
-        type=float,
-        default=20,
-        help="area of the smallest region that is listed, Å^2 (default 20)",
-    )
+    options.add(threshold, "above")
+    options.add(threshold, "below")
+    options.add(parser, "min_area", has_default=True)
     options.add_values_of_atoms(parser)
     options.add_molecule(parser)
     options.add_placement(parser, " remove")

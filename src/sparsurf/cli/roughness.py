@@ -3,7 +3,6 @@
 import argparse
 
 from sparsurf.api import writing
-from sparsurf.arguments import LENGTH, R_PATCH
 from sparsurf.cli import options, outputs
 
 FORMATS = writing.OUTPUTS_OF_DOTS_ALONE
@@ -24,11 +23,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     options.add_file(parser, "structure or dots")
     options.add_output(parser, FORMATS)
-    help_text = f"radius of a patch in Å (default {R_PATCH:g})"
-    parser.add_argument("--r-patch", type=options.number_within(LENGTH), default=R_PATCH, help=help_text)
+    options.add(parser, "r_patch", has_default=True)
     options.add_limits(parser)
     options.add_residues(parser)
-    options.add_d_link(parser)
+    options.add(parser, "d_link", has_default=True)
     options.add_molecule(parser)
     options.add_placement(parser)
 

@@ -10,7 +10,7 @@ from sparsurf.api import writing
 from sparsurf.api.inputs import is_file_of_spheres
 from sparsurf.api.page_metadata import heard
 from sparsurf.api.replacing import beside_mesh
-from sparsurf.arguments import BOUNDARIES, D_LINK, DENSITY_LIMITS
+from sparsurf.arguments import BOUNDARIES, D_LINK
 from sparsurf.cli import options, outputs
 from sparsurf.dot_fields.named_fields import takes_dots
 from sparsurf.errors import InputError
@@ -61,11 +61,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     options.add_residues(parser)
     dots = options.add_placement(parser, ": keep for dots, remove for triangles")
     help_text = "dots per Å^2 (default: 5.35, or more if patches would otherwise be fragmented); with --mesh, vertices per Å^2"
-    dots.add_argument("--density", type=options.number_within(DENSITY_LIMITS), help=help_text)
-    help_text = (
-        "place dots where the probe touches (excluded, the default) or where its centre can be (accessible)"
-    )
-    dots.add_argument("--boundary", choices=BOUNDARIES, help=help_text)
+    options.add(dots, "density", meaning=help_text)
+    options.add(dots, "boundary")
     options.add_size_of_mesh(dots)
     options.add_fields(dots)
 

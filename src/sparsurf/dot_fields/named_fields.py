@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from sparsurf import registry
-from sparsurf.arguments import LENGTH, checked_result
+from sparsurf.arguments import checked_result
 from sparsurf.dot_fields.charges import pdb2pqr_charges, pqr_charges, table_charges
 from sparsurf.dot_fields.columns import TableOfAtoms
 from sparsurf.dot_fields.curvature import principal_curvatures
@@ -187,8 +187,6 @@ def compute_fields(
         raise InputError(
             "charges: they are those of the field potential; add it to the names, or leave charges out."
         )
-    if smooth is not None:
-        smooth = LENGTH.check(smooth, "smooth")
     out: dict[str, np.ndarray] = {}
     rows = None if table is None or molecule is None else TableOfAtoms.read(table, molecule)
     for field in fields:

@@ -123,7 +123,6 @@ def read_molecule(
     (119, 14, (1, 119, 3))
     """
     span = frames_between(start, stop, stride)
-    check_flag(whole, "whole")
     if not isinstance(assembly, str):
         check_flag(assembly, "assembly")
     if plddt is not None:

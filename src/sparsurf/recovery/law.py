@@ -13,10 +13,7 @@ from typing import Literal, NamedTuple, get_args
 
 from sparsurf.arguments import (
     AUTO,
-    DENSITY_LIMITS,
-    DISTANCE,
     INTERPOLANT,
-    MODELS,
     SPHERES,
     Model,
     check_choice,
@@ -129,7 +126,6 @@ def density_for(
     >>> [round(sparsurf.density_for(0.02, **way), 2) for way in ways]
     [0.54, 0.18, 0.13]
     """
-    error = DISTANCE.check(error, "error")
     law = _law(hydrogens, sampler, reconstruction)
     largest, smallest = law.mean[0], law.mean[-1]
     if sampler == COVER:
@@ -189,7 +185,6 @@ def error_at(
     >>> round(mean, 4)
     0.02
     """
-    density = DENSITY_LIMITS.check(density, "density")
     law = _law(hydrogens, sampler, reconstruction)
     if (
         not law.density[0] * (1 - ROUNDING_OF_DENSITY)
@@ -207,7 +202,6 @@ def _law(hydrogens: bool, sampler: str, reconstruction: Model) -> Measured:
     """Return the measurements of a sampler and a reconstruction; raise InputError if there are none."""
     check_flag(hydrogens, "hydrogens")
     check_choice(sampler, get_args(MeasuredSampler), "sampler")
-    check_choice(reconstruction, MODELS, "reconstruction")
     if reconstruction == AUTO:
         reconstruction = SPHERES if sampler == COVER else INTERPOLANT
     if (sampler, reconstruction, bool(hydrogens)) not in MEASURED:

@@ -86,8 +86,8 @@ REFUSED = {  # what is called with: the dots of the blob, them prepared, or the 
         (lambda d: sparsurf.sample(d, n_dots=9, combination=(1, 0, 6, 0)), "leave out n_dots or the combination"),
         (lambda d: sparsurf.sample(d, combination=(1, 0, 6, 0), sampler="uniform"), "not 'uniform'; leave out"),
         (lambda d: sparsurf.sample(d, n_dots=9, sampler=["x"]), "there is no sampler ['x']; the samplers are"),
-        *((lambda d, n=n: sparsurf.sample(d, n_dots=n), "it must be a whole number, 1 to 3000")
-          for n in (3001, "10")),
+        (lambda d: sparsurf.sample(d, n_dots="10"), "it must be a whole number, more than 0"),
+        (lambda d: sparsurf.sample(d, n_dots=3001), "it must be a whole number, 1 to 3000"),
         (lambda d: sparsurf.sample(d), "either percent or n_dots"),
         (lambda d: sparsurf.sample(d, n_dots=5, percent=5), "either percent or n_dots"),
         *((lambda d, subset=subset: sparsurf.compare(d, {"wrong": subset}), "wrong: expected unique dot indices between 0 and 29")

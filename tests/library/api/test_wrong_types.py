@@ -11,6 +11,7 @@ import pytest
 
 import sparsurf
 from conftest import ROOT
+from sparsurf.arguments import ARGUMENTS
 from sparsurf.cli import command
 from sparsurf.dot_fields.curvature import principal_curvatures
 from sparsurf.errors import InputError
@@ -74,6 +75,23 @@ def test_no_function_fails_from_inside(molecule, tmp_path, monkeypatch, name):
                 assert str(error).endswith((".", "?"))
             except Exception as error:
                 pytest.fail(f"{argument} of the type {type(value).__name__}: {error!r}")
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_a_wrong_value_is_refused_by_its_name_before_anything_is_read(name):
+    function = getattr(sparsurf, name)
+    parameters = inspect.signature(function).parameters
+    of_numbers = {"error": 0.02, "density": 0.6}
+    base = {
+        each: of_numbers.get(each, object())  # a file that cannot be read
+        for each, one in parameters.items()
+        if one.default is inspect.Parameter.empty
+    }
+    for argument in parameters.keys() & ARGUMENTS.keys():
+        for value in ("x", b"x", [], object(), 1j, float("nan"), np.array([1.0, 2.0])):
+            with pytest.raises(InputError) as error:
+                function(**base | {argument: value})
+            assert str(error.value).startswith(f"{argument} is ")
 
 
 @pytest.mark.parametrize(
