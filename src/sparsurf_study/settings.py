@@ -42,7 +42,9 @@ class Ensemble(Section):
         [1.0, 0.0, 6.0, 0.0], "alpha, beta, gamma and delta of the combination."
     )
     test_dots: TestDots = key(200, "Number of test dots of each frame; published: one for every 200 dots.")
-    stride: Positive = key(1, "Evaluate every n-th frame of the file, independently of frames.stride.")
+    stride: Positive = key(
+        1, "Evaluate every n-th frame of the file, independently of frames.stride, start and stop."
+    )
 
 
 class StudySettings(LibrarySettings):

@@ -13,6 +13,8 @@ from sparsurf.molecules.conformations import FrameChoice, choose_frames
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.read_molecule import read_molecule
 
+EVERY_FRAME = {"stride": 1, "start": 0, "stop": None}
+
 
 def read_study_structure(path: StrPath) -> Molecule:
     """Read a structure that a study wrote, without warnings: they were given for the file that it came from."""
@@ -27,6 +29,8 @@ def choose_conformations(
     rng: np.random.Generator,
     *,
     stride: int,
+    start: int = 0,
+    stop: int | None = None,
     selection: str | Sequence[int],
     clusters: str | int,
 ) -> tuple[Molecule, FrameChoice]:
@@ -35,12 +39,14 @@ def choose_conformations(
     A single structure is one conformation, since `frames` is about the trajectories of the same study. `options` are those of
     `read_molecule`.
     """
-    molecule = read_molecule(structure, trajectory, stride=stride, **options)
+    span: dict[str, Any] = {"stride": stride, "start": start, "stop": stop}
+    if trajectory is None and span != EVERY_FRAME:
+        with no_warnings():  # which the other reading tells
+            span = EVERY_FRAME if read_molecule(structure, **options).n_frames == 1 else span
+    molecule = read_molecule(structure, trajectory, **span, **options)
     frames = None if selection == "clusters" else selection
-    if trajectory is None and molecule.n_frames == 1:
-        all_frames = molecule if stride == 1 else read_molecule(structure, **options)
-        if all_frames.n_frames == 1:
-            clusters, frames = "auto", frames and "all"
+    if trajectory is None and molecule.n_frames == 1 and span == EVERY_FRAME:
+        clusters, frames = "auto", frames and "all"
     return molecule, choose_frames(molecule, clusters=clusters, frames=frames, rng=rng)
 
 

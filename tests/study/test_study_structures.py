@@ -31,6 +31,9 @@ def test_a_single_structure_is_one_conformation_whatever_frames_says(tmp_path):
         assert chosen(tmp_path, one, selection=use) == ["f0"]
     assert chosen(tmp_path, models, selection=[0, 2]) == ["f0", "f2"]
     assert chosen(tmp_path, models, selection=[0, 2], reading={"model": 2}) == ["f1"]
+    assert chosen(tmp_path, models, selection="all", start=1) == ["f1", "f2"]
+    assert chosen(tmp_path, models, selection="all", start=1, stop=2) == ["f1"]
+    assert chosen(tmp_path, one, start=1) == ["c1"]
     for stride, last in ((1, 2), (5, 0)):
         with pytest.raises(InputError, match=rf"\[7\] are not among the frames read, 0 to {last}"):
             chosen(tmp_path, models, selection=[7], stride=stride)

@@ -77,7 +77,7 @@ def select_atoms(
     With `report`, the residues that are left out are logged.
     """
     ranges = None if residues is None else _as_list(residues, "residues", "A:10-52A,60")
-    ligands = True if isinstance(ligands, str) and ligands == "all" else ligands
+    ligands = True if isinstance(ligands, str | list) and ligands in ("all", ["all"]) else ligands
     in_chains = _in_chains(molecule, chains)
     in_residues = _in_residues(molecule, ranges, report, in_chains, split)
     within = in_chains & in_residues

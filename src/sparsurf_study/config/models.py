@@ -152,7 +152,7 @@ class Protein(Section):
     simulate: Annotated[Simulate, AfterValidator(Simulate.model_dump), PlainSerializer(dict)] = optional(
         Simulate.__doc__ or ""
     )
-    ligands: bool | list[str] = optional(
+    ligands: bool | Literal["all"] | list[str] = optional(
         "Ligands, molecules bound to the protein, that are included in the surface: a list of residue names such as [HEM], "
         "or true for all except waters and ions; false by default."
     )
@@ -271,6 +271,10 @@ class FramesSection(Section):
         "numbers, counted from 0.",
     )
     stride: Positive = key(1, "Read only every n-th frame, so that a long trajectory needs less memory.")
+    start: Integer = key(
+        0, "Position of the first frame that is read, from 0, such as the one after an equilibration.", ge=0
+    )
+    stop: Integer = optional("Position of the frame before which reading stops; by default, the end.", ge=1)
 
 
 class Tables(Section):
