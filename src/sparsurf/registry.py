@@ -187,15 +187,15 @@ TABLE: dict[str, dict[str, Choice]] = {
         "kept": Choice(
             "sparsurf.patches.readings:AMONG_KEPT", "among the kept dots",
             "All but the largest island of a patch are removed among the kept dots, as in the authors' code.",
-            condition="all but the largest island are removed in each subset, as in the authors' code"),
+            condition="only the largest island is kept in each subset, as in the authors' code"),
         "kept_scaled": Choice(
             "sparsurf.patches.readings:SCALED", "among the kept dots, scaled link",
             "The same, with a link that grows with the spacing of the kept dots.",
-            condition="all but the largest island are removed, with a link that grows with the spacing"),
+            condition="only the largest island is kept, with a link that grows with the spacing"),
         "full": Choice(
             "sparsurf.patches.readings:ON_FULL", "on the full surface",
             "All but the largest island of a patch are removed once, on the full surface.",
-            condition="all but the largest island are removed once, on the full surface"),
+            condition="only the largest island is kept once, on the full surface"),
         "recovered": Choice(
             "sparsurf.recovery.readings:ON_RECOVERED", "recovered",
             "The patches are those of the surface that is reconstructed from the kept dots.",

@@ -127,7 +127,7 @@ def test_the_page_of_a_protein_of_the_reader_begins_with_its_residues(tmp_path, 
 def test_the_answer_that_counts_is_the_first_and_the_best_combination_has_one_value_everywhere(tmp_path):
     files = write_run(tmp_path)
     answers = write_front(tmp_path / "index.html", files, {})
-    condition = "all but the largest island are removed"
+    condition = "only the largest island is kept"
     assert answers == [
         "Is the paper's sampling better than random dots? No: in none of the 4 size ranges is the sampling significantly"
         " better than random dots on the full surface.",
@@ -721,7 +721,7 @@ def test_two_surfaces_are_named_one_by_one(tmp_path):
         Image.new("RGB", (640, 480), "red").save(tmp_path / place / "pictures/sampled.png")
         files.append(f"{place}/pictures/sampled.png")
     answers = write_front(tmp_path / "index.html", files, {})
-    condition = "if all but the largest island are removed in each subset, as in the authors' code"
+    condition = "if only the largest island is kept in each subset, as in the authors' code"
     others = "35 other combinations are statistically indistinguishable."
     assert answers[2:4] == [
         "a: Best parameters: (α, β, γ, δ) = (1, 0, 4, 6), which keep 43 % of the dots; the cross-validated d is"
