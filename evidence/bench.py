@@ -51,7 +51,7 @@ from sparsurf.sampling import published as published_sampling
 from sparsurf.sampling.farthest_point import farthest_point_sampling
 from sparsurf.streams import Streams
 from sparsurf.surfaces.molecular_surface import density_for_d_link, molecular_surface
-from sparsurf.surfaces.radii import radii
+from sparsurf.surfaces.radii import PROBE_RADIUS, radii
 from sparsurf.surfaces.read_surface import read_surface
 from sparsurf.surfaces.surface import DENSITY, Surface
 from sparsurf.threads import available_cores
@@ -83,6 +83,8 @@ COMMANDS = (
     "show {} -o page.html --no-open",
 )
 TIMED_COPIES = (1, 4, 63, 336)  # of the embedded structure: 953, 4,000, 60,000 and 320,000 atoms
+# 500 to 11,400 atoms
+SIZES_OF_MESH, DENSITY_OF_MESH = (("209-240", 1), (None, 1), (None, 2), (None, 4), (None, 12)), 3.0
 SIZES_OF_DENSITY = (("209-247", 1), (None, 4), (None, 16))  # residues and copies: 600, 4,000 and 15,000 atoms
 # What grows: molecules by residues and copies, structures of a study, frames of a trajectory
 MOLECULES = (("209-240", 1), (None, 1), (None, 4), (None, 16), (None, 64))  # 500 to 61,000 atoms
@@ -122,6 +124,7 @@ MAX_DESCRIPTOR, MAX_ROBUST = {0.05: 8, 0.2: 15, 0.5: 15, 1.0: 15}, 60  # by the 
 MAX_GRID = {100: 4, 1000: 25}  # by the test dots of the full grid
 MAX_PAIR = {720: None, 14_400: 8, 50_000: 120}  # by the dots of each partner
 MAX_FRAME = 0.25  # one frame of an ensemble of 953 atoms
+MAX_MESH = 1.5  # over the process of MSMS, which also reads and writes files
 MAX_READ_POINTS, MAX_POINTS = 1.5, 1.8  # points over their surface, with and without reading
 MAX_GROWTH = 1.1  # cost of an atom over that in a molecule of 4,000 atoms
 MAX_MINIMAL = 12  # `minimal` over the surface of the molecule: it infers the atoms, places their dots, and measures both ways
@@ -459,6 +462,29 @@ def measure_peers(table: Table, surface: Surface) -> list[str]:
     return missing
 
 
+def measure_meshes(table: Table, quick: bool) -> None:
+    """Measure meshes with the walls of cavities on larger and larger molecules, and MSMS at the same density, as a process."""
+    program = msms_program()
+    with tempfile.TemporaryDirectory() as folder:
+        path, out = Path(folder, "spheres.xyzr"), Path(folder, "out")
+        for residues, copies in SIZES_OF_MESH[: 1 if quick else None]:
+            spheres = embedded(residues, copies)
+            what = f"{len(spheres[1])} atoms, {DENSITY_OF_MESH:g} vertices per Å^2"
+            ours = table.time(
+                f"mesh of {what}", None, partial(mesh, spheres, density=DENSITY_OF_MESH, cavities="keep")
+            )
+            if program is None:
+                continue
+            np.savetxt(path, np.column_stack(spheres), "%.3f")
+            options = "-if", path, "-of", out, "-probe_radius", PROBE_RADIUS, "-all_components"
+            densities = "-density", DENSITY_OF_MESH, "-hdensity", DENSITY_OF_MESH
+            theirs = table.time(
+                f"peer: mesh of {what}, by MSMS", None, process(program, *options, *densities)
+            )
+            most = None if quick else MAX_MESH
+            table.add(f"ratio, mesh to that of MSMS, {what}", None, ours / theirs, "times", most=most)
+
+
 def print_steps(source: str, residues: str | None = None, copies: int = 1) -> None:
     """Print, in a process of its own, what each step of a surface takes: CPU, wall and peak bytes above the imports.
 
@@ -557,6 +583,7 @@ def main(out: str | Path, quick: bool = False, base: str | None = None) -> None:
         measure_grids(table, surface, quick)
         measure_frames(table, quick)
         measure_surfaces(table, quick)
+        measure_meshes(table, quick)
         measure_commands(table)
         measure_answers(table, quick)
         missing = measure_peers(table, surface)

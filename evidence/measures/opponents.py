@@ -26,9 +26,10 @@ from sparsurf.sampling.samplers import get_sampler
 from sparsurf.settings import Settings
 from sparsurf.streams import Streams
 from sparsurf.surfaces.components import components_of, table_of_components
-from sparsurf.surfaces.mesh import Mesh, molecular_mesh
+from sparsurf.surfaces.mesh import Mesh
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.spacing import DENSITY
+from sparsurf.surfaces.triangulation import molecular_mesh
 
 DOT, VERTEX, TRIANGLE, ATOM = 24, 12, 6, 16  # bytes
 CANDIDATES = 8  # positions on a mesh per dot that is placed on it
@@ -86,7 +87,7 @@ def measure(
     prepared = PreparedSurface(surface, Settings(), flat, Streams(seed, name), threads)
     tests, true, rows = prepared.draw_tests(n_tests), truth(xyz, radii), []
     z_tot, _ = prepared.describe(tests)
-    mesh = None if simplify is None else molecular_mesh(xyz, radii, threads=threads)
+    mesh = None if simplify is None else molecular_mesh(xyz, radii)
     component = components_of(surface, xyz, radii)
     outside = ~table_of_components(surface, component)["cavity"].to_numpy()[component]
     at = cKDTree(surface.points).query(true.points)[1]  # the dot of the surface next to each dense one

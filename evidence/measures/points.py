@@ -32,11 +32,13 @@ from measures.recovery import angles
 from measures.tables import read_tables, write_tables
 from sparsurf.errors import InputError
 from sparsurf.recovery.errors import TAIL_QUANTILE
-from sparsurf.surfaces.decimation import sized_mesh
+from sparsurf.surfaces.dot_placement import roll_checked
 from sparsurf.surfaces.exact_distance import exact_distance
-from sparsurf.surfaces.mesh import molecular_mesh, widest_step
+from sparsurf.surfaces.mesh import MeshSize
 from sparsurf.surfaces.molecular_surface import roll_spheres
+from sparsurf.surfaces.pieces import pieces_of, shapes_of
 from sparsurf.surfaces.radii import PROBE_RADIUS
+from sparsurf.surfaces.triangulation import mesh_of_rolled
 
 TRUE_DENSITY = 40.0  # dots per Å^2 of the surface, with whose normals those of the points are compared
 LONGEST = 300  # s, of MSMS
@@ -91,15 +93,11 @@ def farthest(xyz: np.ndarray, radii: np.ndarray, density: float) -> Points:
 
 
 def coarse_mesh(xyz: np.ndarray, radii: np.ndarray, n_vertices: int) -> Points:
-    """Generate our mesh of a number of vertices, as `sparsurf.mesh` does, and keep Euler's number of the fine one."""
-    fine = []
-
-    def generate(step: float) -> object:
-        fine.append(molecular_mesh(xyz, radii, step=step))
-        return fine[-1]
-
-    mesh = sized_mesh(generate, widest_step(PROBE_RADIUS), n_vertices)
-    return mesh.vertices.points, mesh.vertices.normals, mesh.triangles, euler(fine[-1].triangles)
+    """Generate our mesh of a number of vertices, as `sparsurf.mesh` does, and the exact Euler characteristic of the surface."""
+    rolled = roll_checked(xyz, radii, PROBE_RADIUS, in_order=True)
+    mesh = mesh_of_rolled(rolled, MeshSize(n_vertices))
+    exact = int(shapes_of(rolled, pieces_of(rolled)).chi.sum())
+    return mesh.vertices.points, mesh.vertices.normals, mesh.triangles, exact
 
 
 class Protocol(NamedTuple):

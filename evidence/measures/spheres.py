@@ -19,11 +19,11 @@ from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.evaluation.statistics import estimate
 from sparsurf.evaluation.trials import Trials
 from sparsurf.recovery.errors import DENSITY_FOR_ERRORS, TAIL_QUANTILE, distance_to_surface
-from sparsurf.recovery.mesh import mesh_of_dense
 from sparsurf.recovery.reconstructing import AUTO, DENSITY_FOR_SPHERES, INTERPOLANT, SPHERES, reconstruct
 from sparsurf.settings import TAIL_PER_ERROR, Minimal, Settings
 from sparsurf.streams import Streams
 from sparsurf.surfaces.exact_distance import exact_distance
+from sparsurf.surfaces.grid_mesh import mesh_of_dense
 from sparsurf.surfaces.molecular_surface import RolledFrame
 from sparsurf.surfaces.surface import CONTACT, Surface
 

@@ -15,10 +15,11 @@ from measures import rebuilding
 from measures.opponents import TRIANGLE, VERTEX, dots_on
 from measures.surface_atoms import Spheres, largest_distance
 from sparsurf.surfaces.exact_distance import exact_distance
-from sparsurf.surfaces.mesh import molecular_mesh
+from sparsurf.surfaces.mesh import MeshSize
 from sparsurf.surfaces.molecular_surface import RolledFrame, roll_spheres
 from sparsurf.surfaces.radii import PROBE_RADIUS
 from sparsurf.surfaces.radii import radii as radii_of
+from sparsurf.surfaces.triangulation import molecular_mesh
 
 TEST_DENSITY = 1.0  # dots per Å^2 from which errors are measured
 BITS = 10  # of a coordinate along the longest side
@@ -84,7 +85,7 @@ def with_other_radii(molecule: sparsurf.Molecule, few: sparsurf.SurfaceAtoms) ->
 
 def mesh_of_error(spheres: Spheres, area: float) -> tuple[np.ndarray, np.ndarray, float]:
     """Return the coarsest decimated mesh with the requested mean error, and its error, Å."""
-    fine = molecular_mesh(*spheres, step=0.3, cavities="keep")
+    fine = molecular_mesh(*spheres, size=MeshSize(step=0.3), cavities="keep")
     rolled, rng = roll_spheres(*spheres, PROBE_RADIUS), np.random.default_rng(1)
 
     def attempt(density: float) -> tuple[np.ndarray, np.ndarray, float]:

@@ -182,8 +182,8 @@ ARGUMENTS = {
     "steps": Argument("largest number of Newton steps", Limits(0, 1000, whole=True)),
     "n_vertices": Argument("number of vertices of a mesh, in place of their density", NUMBER_OF_DOTS),
     "step": Argument(
-        "step of the grid of a mesh whose triangles are all kept, Å, at most half the radius of the probe (default 0.5, "
-        "about 18 vertices per Å^2)",
+        "of a mesh without a number of vertices: about 4.5 / step^2 of them per Å^2 (default 0.5 Å, 18 per Å^2); between dots "
+        "without atoms, step of the grid, Å, at most 0.7",
         STEP_LIMITS),
     "smooth": Argument(
         "width of the Gaussian over which B factors and columns of a table are averaged, Å (default: not averaged)",

@@ -11,8 +11,9 @@ from sparsurf.recovery.errors import DENSITY_FOR_ERRORS
 from sparsurf.recovery.interpolated_surface import interpolate_surface
 from sparsurf.sampling.samplers import farthest
 from sparsurf.streams import Streams
-from sparsurf.surfaces.mesh import molecular_mesh
+from sparsurf.surfaces.mesh import MeshSize
 from sparsurf.surfaces.molecular_surface import molecular_surface
+from sparsurf.surfaces.triangulation import molecular_mesh
 
 ATOMS, RADII = np.array([[0.0, 0, 0], [2.5, 0, 0], [4.0, 1.5, 0]]), np.array([1.9, 1.7, 1.8])
 
@@ -68,11 +69,11 @@ def test_bytes_and_errors():
 
     def coarser(vertices, triangles, n):
         asked.append(n)
-        mesh = molecular_mesh(ATOMS, RADII, step=0.7)
+        mesh = molecular_mesh(ATOMS, RADII, size=MeshSize(step=0.7))
         return mesh.vertices.points, mesh.triangles
 
     def ball_of_its_own(points, normals):
-        mesh = molecular_mesh(ATOMS, RADII, step=0.3)
+        mesh = molecular_mesh(ATOMS, RADII, size=MeshSize(step=0.3))
         return mesh.vertices.points, mesh.triangles
 
     others = {"others": ball_of_its_own, "nothing": lambda points, normals: (points, np.empty((0, 3), int))}

@@ -22,7 +22,6 @@ from sparsurf.molecules.conformations import superpose
 from sparsurf.progress import Progress, duration
 from sparsurf.settings import Settings
 from sparsurf.streams import Streams
-from sparsurf.surfaces.mesh import molecular_mesh, widest_step
 from sparsurf.surfaces.molecular_surface import density_for_d_link
 from sparsurf.surfaces.radii import radii
 from sparsurf.surfaces.surface import Placement
@@ -171,16 +170,15 @@ def shown_frame(
     request: FramesRequest,
 ) -> ShownFrame:
     """Compute what a page shows of a frame, at the positions `drawn`, (A, 3): its surface and its residues."""
-    from sparsurf.surfaces.thinning import coarsened
+    from sparsurf.surfaces.thinning import PICTURED, coarsened
+    from sparsurf.surfaces.triangulation import molecular_mesh
     from sparsurf.views.page.shapes import Shape
 
     settings = Settings().model_copy(update={"surface": request.rules})
     frame = surface_of_frame(molecule, position, atom_radii, settings, Streams(name=NAME_IN_ERRORS))
     probe, cavities = request.rules.probe_radius, request.rules.cavities
     try:
-        mesh = molecular_mesh(
-            drawn[: molecule.n_atoms].round(3), atom_radii, probe, widest_step(probe), 1, cavities
-        )
+        mesh = molecular_mesh(drawn[: molecule.n_atoms].round(3), atom_radii, probe, PICTURED, cavities)
     except InputError as error:
         raise InputError(
             f"{NAME_IN_ERRORS}, frame {int(molecule.frame_number[position])}: {error.args[0]}"

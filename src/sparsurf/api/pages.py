@@ -194,19 +194,19 @@ def drawn_mesh(surface: Surface, distance: float = 0.0) -> Mesh | None:
     Where the dots are some of a large surface, at a `distance`, Å, the triangles lie between them, since those of its atoms take
     minutes.
     """
-    from sparsurf.recovery.mesh import mesh_of_dense, recovered_mesh
-    from sparsurf.surfaces.mesh import widest_step
-    from sparsurf.surfaces.radii import PROBE_RADIUS
+    from sparsurf.recovery.interpolated_surface import recovered_mesh
+    from sparsurf.surfaces.decimation import WIDEST_STEP
+    from sparsurf.surfaces.grid_mesh import mesh_of_dense
     from sparsurf.surfaces.spacing import spacing
     from sparsurf.surfaces.thinning import DENSITY_OF_PICTURES, coarsened, mesh_of_picture
 
     try:
         if surface.origin is not None and not distance:
-            return mesh_of_picture(surface.origin, available_cores())
+            return mesh_of_picture(surface.origin)
         apart = distance or spacing(surface.points)
         if len(surface) < MIN_DOTS_OF_MESH:
             return None
-        step = max(widest_step(PROBE_RADIUS), STEP_PER_DISTANCE * distance)
+        step = max(WIDEST_STEP, STEP_PER_DISTANCE * distance)
         with no_warnings():
             if distance or apart < MAX_SPACING_OF_DENSE:
                 mesh = mesh_of_dense(surface.points, surface.normals, step, available_cores())

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -54,7 +54,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from sparsurf.dot_fields.named_fields import FieldLike
-    from sparsurf.surfaces.mesh import Mesh
+    from sparsurf.surfaces.mesh import Mesh, MeshSize
     from sparsurf.surfaces.surface import Rules
 
 
@@ -215,6 +215,7 @@ def mesh(
     step: float | None = None,
     cavities: Cavities | None = None,
     fields: FieldLike | Sequence[FieldLike] = (),
+    boundary: Boundary = "excluded",
 ) -> Mesh:
     """Triangulate the solvent-excluded surface of a molecule, or the surface reconstructed from a few dots.
 
@@ -225,23 +226,28 @@ def mesh(
         of their placement, as in `mesh(surface(path, probe_radius=2.0))`. From any other dots (a Subset from `minimal`, a file of
         dots, some of the dots) the surface is reconstructed first.
     n_vertices, density : int, float, optional
-        Number of vertices, at most 100 per Å^2, or in its place their number per Å^2. Edges of a finer mesh are collapsed until
-        so many are left; every vertex lies on the surface with its analytic normal, and the topology stays the same.
+        Number of vertices, at most 100 per Å^2, or in its place their number per Å^2 of the surface. Edges of a finer mesh are
+        collapsed until so many are left; every vertex lies on the surface with its analytic normal (at a cusp, the mean of those
+        of the pieces that meet), and the handles stay those of the surface.
     step : float, optional
-        Instead of a number of vertices, the step of the grid whose triangles are all kept, Å (default 0.5, which makes about 18
-        vertices per Å^2); at most half the radius of the probe.
+        Instead of a number of vertices, about 4.5 / step^2 of them per Å^2 (default 0.5 Å, 18 vertices per Å^2). Between dots
+        whose atoms are not known, it is the step of the grid whose triangles are kept, at most 0.7 Å.
     cavities : {'keep', 'remove'}, optional
         Whether the walls of closed cavities are part of the mesh. By default those of a molecule are removed, as in `points`, and
         a Surface keeps the rule of its placement. For equal `cavities`, the areas of dots, points and mesh agree. A mesh that is
         reconstructed from other dots has the cavities that these dots have.
     fields : str, callable, or sequence of these
         Fields of the vertices (default none): 'roughness', of the nearest dot of the dense surface, and any name of `fields`.
+    boundary : {'excluded', 'accessible'}
+        The surface of the space that the probe cannot enter (default), or that of the positions of its centre, whose vertices
+        have atoms, and no molecule and no fields.
 
     Returns
     -------
     Mesh
         `vertices` (a Surface with the atom, the molecule and the fields of each vertex), `triangles` (F, 3) int, counterclockwise
-        from outside, and `volume` in Å^3. The mesh is closed: every edge belongs to two triangles.
+        from outside, and `volume` in Å^3. The mesh is closed: every edge belongs to two triangles. That of a molecule is made of
+        the pieces of its surface and has exactly its handles; where a warning says otherwise, or between dots, those of a grid.
 
     Raises
     ------
@@ -264,31 +270,27 @@ def mesh(
         origin = source.placed.atoms_alone
         if cavities is not None:
             origin = replace(origin, rules=replace(placement_of(origin.rules), cavities=cavities))
-        return _with_fields_of(source, mesh_of_atoms(origin, size, names))
+        made = mesh_of_atoms(origin, size, names, boundary)
+        return made if boundary == "accessible" else _with_fields_of(source, made)
     if isinstance(source, Surface | Points) or is_subset(source) or is_file_of_dots(source):
-        if cavities is not None:
+        if cavities is not None or boundary == "accessible":
+            name = "boundary" if cavities is None else "cavities"
             raise InputError(
-                "mesh: cavities applies to a molecule, or to all dots that surface() placed; remove it, or give the molecule."
+                f"mesh: {name} applies to a molecule, or to all dots that surface() placed; remove it, or give the molecule."
             )
         return mesh_of_dots(as_dots(source), size, names)
     molecule, xyz, atom_radii = as_spheres(source, 0, "dms")
     rules = Placement(cavities=cavities or "remove")
     origin = SurfaceOrigin.of_atoms(molecule, 0, xyz, rules, D_LINK, atom_radii)
-    return mesh_of_atoms(origin, size, names)
-
-
-class MeshSize(NamedTuple):
-    """How many vertices a mesh has, or how fine its grid is: one of the three."""
-
-    n_vertices: int | None = None
-    density: float | None = None  # vertices per Å^2
-    step: float | None = None  # Å
+    return mesh_of_atoms(origin, size, names, boundary)
 
 
 def mesh_size(
     n_vertices: int | None = None, density: float | None = None, step: float | None = None
 ) -> MeshSize:
     """Return the size of a mesh; raise InputError unless at most one of the arguments sets it."""
+    from sparsurf.surfaces.mesh import MeshSize  # here: dots need none of its kernels
+
     if sum(value is not None for value in (n_vertices, density, step)) > 1:
         raise InputError("mesh: give either n_vertices or density or step, not several of them.")
     return MeshSize(n_vertices, density, step)
@@ -324,10 +326,15 @@ def _reconstructed_mesh(
 ) -> tuple[Mesh, Surface]:
     """Return the mesh reconstructed from few dots, without atoms and fields, and the dense dots between which it lies."""
     from sparsurf.recovery.interpolated_surface import NEWTON_STEPS, REACH
-    from sparsurf.recovery.mesh import mesh_of_dense
     from sparsurf.recovery.reconstructing import reconstruct
-    from sparsurf.surfaces.mesh import GRID_STEP
+    from sparsurf.surfaces.decimation import GRID_STEP, WIDEST_STEP, sized_mesh
+    from sparsurf.surfaces.grid_mesh import mesh_of_dense
 
+    if size.step is not None and size.step > WIDEST_STEP:
+        raise InputError(
+            f"{argument('step')} is {size.step:g} Å; it must be at most {WIDEST_STEP:g} Å for dots. "
+            f"For fewer triangles, give {argument('n_vertices')} in its place."
+        )
     # the dense dots are as fine as the vertices, which lie on planes through these dots
     fineness = (GRID_STEP / (size.step or GRID_STEP)) ** 2
     density = max(PUBLISHED_DENSITY * max(1.0, fineness), size.density or 0.0)
@@ -335,7 +342,7 @@ def _reconstructed_mesh(
     dense, outward, *_ = reconstruct(
         few, density, reconstruction, REACH if reach is None else reach, NEWTON_STEPS, threads
     )
-    made = _sized(partial(mesh_of_dense, dense, outward, threads=threads), size, PROBE_RADIUS)
+    made = sized_mesh(partial(mesh_of_dense, dense, outward, threads=threads), size)
     return made, Surface(dense, outward)
 
 
@@ -353,42 +360,32 @@ def _with_fields_of(dots: Surface, made: Mesh) -> Mesh:
 
 
 def mesh_of_atoms(
-    origin: SurfaceOrigin, size: MeshSize, names: Sequence[FieldLike] = (), **values_of_atoms: Any
+    origin: SurfaceOrigin,
+    size: MeshSize,
+    names: Sequence[FieldLike] = (),
+    boundary: Boundary = "excluded",
+    **values_of_atoms: Any,
 ) -> Mesh:
     """Return the mesh of the atoms of an origin, which its vertices carry; size and fields are as in `mesh` and `with_fields`."""
-    from sparsurf.surfaces.mesh import molecular_mesh
+    from sparsurf.surfaces.dot_placement import roll_checked
+    from sparsurf.surfaces.triangulation import accessible_mesh, mesh_of_rolled
 
     xyz, radii, rules = origin.xyz, origin.radii, origin.rules
-
-    def build(step: float) -> Mesh:
-        return molecular_mesh(
-            xyz.round(3), radii, rules.probe_radius, step, available_cores(), rules.cavities
-        )
+    rolled = roll_checked(xyz.round(3), radii, rules.probe_radius, cavities=rules.cavities, in_order=True)
+    if boundary == "accessible":
+        if names:
+            raise InputError(
+                f"mesh: {argument('fields')} are those of the excluded surface; leave them out, or {argument('boundary')}."
+            )
+        return accessible_mesh(rolled, size)
 
     def dense() -> Surface:
         return surface_of_spheres(xyz, radii, rules, D_LINK, "mesh")
 
-    made = _sized(build, size, rules.probe_radius)
+    made = mesh_of_rolled(rolled, size)
     vertices = replace(made.vertices, origin=origin)
     return replace(
         made, vertices=with_fields(vertices, names, dense, "mesh", available_cores(), values_of_atoms)
-    )
-
-
-def _sized(build: Callable[[float], Mesh], size: MeshSize, probe: float) -> Mesh:
-    """Build a mesh on a grid that suits the radius of the probe, Å, and reduce it to the vertices that are requested."""
-    from sparsurf.surfaces.decimation import sized_mesh  # here: dots need none of these kernels
-    from sparsurf.surfaces.mesh import GRID_STEP, widest_step
-
-    if size.step is not None and size.step > widest_step(probe):
-        raise InputError(
-            f"{argument('step')} is {size.step:g} Å; it must be at most {widest_step(probe):g} Å, half the radius of the probe. "
-            f"For fewer triangles, give {argument('n_vertices')} in its place."
-        )
-    if size.n_vertices is None and size.density is None:
-        return build(min(size.step or GRID_STEP, widest_step(probe)))
-    return sized_mesh(
-        build, min(widest_step(PROBE_RADIUS), widest_step(probe)), size.n_vertices, size.density
     )
 
 

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
 MSMS_FAILED, NOT_READ, NO_INPUT = 1, 2, 255  # exit status, as of MSMS
 DENSITY_OF_AREAS = 20.0  # dots per Å^2
+FINE_STEP = 0.35  # Å, of a mesh whose vertices tell areas of atoms
 RADIUS_OF_HYDROGENS = 1.2  # Å, that -noh leaves out
 MAX_ATOMS_OF_PROBE = 3
 OUTPUTS = ("of", ".vert"), ("of", ".face"), ("af", ".area")  # options, and the suffixes of their files
@@ -162,12 +163,12 @@ def _run(given: dict[str, str]) -> None:
     from sparsurf.api.surfaces import mesh, surface
     from sparsurf.api.writing import write_file
     from sparsurf.kernel_cache import require_kernel_cache
-    from sparsurf.surfaces.components import analytical_faces, centres_of_cavities
-    from sparsurf.surfaces.decimation import sized_mesh
+    from sparsurf.surfaces.components import all_other_centres, analytical_faces, centres_of_cavities
     from sparsurf.surfaces.dot_placement import roll_checked
     from sparsurf.surfaces.formats import msms as files
-    from sparsurf.surfaces.mesh import cavity_mesh, widest_step
+    from sparsurf.surfaces.mesh import MeshSize
     from sparsurf.surfaces.spheres import Spheres, read_spheres
+    from sparsurf.surfaces.triangulation import mesh_of_rolled
 
     _refuse_replacing(given, [given[name] + suffix for name, suffix in OUTPUTS if name in given])
     probe = _number(given, "probe_radius", 1.5, PROBE)
@@ -200,9 +201,8 @@ def _run(given: dict[str, str]) -> None:
         dots = surface(pair, probe_radius=probe, density=dense, cavities="remove")
         components.append(Component(dots, mesh(dots, density=density)))
     for cavity in cavities:
-        build = partial(cavity_mesh, rolled, cavity)
-        fine = build(widest_step(probe) / 2)
-        components.append(Component(fine.vertices, sized_mesh(build, widest_step(probe), None, density)))
+        wall = partial(mesh_of_rolled, rolled, left_out=all_other_centres(cavity))
+        components.append(Component(wall(MeshSize(step=FINE_STEP)).vertices, wall(MeshSize(density=density))))
     writers: list[tuple[str, Callable[[Path], Any]]] = []
     if "no_area" not in given:
         areas = [_areas(component.dense, spheres.radii, probe) for component in components]

@@ -261,7 +261,7 @@ def add_ranking(parser: argparse._ActionsContainer) -> None:
 
 
 def add_size_of_mesh(parser: argparse._ActionsContainer) -> None:
-    """Add the number of vertices and the step of the grid of a mesh."""
+    """Add the number of vertices of a mesh, and the step that stands for it."""
     add(parser, "n_vertices")
     add(parser, "step")
 

@@ -30,7 +30,8 @@ alone, use --selection.
 --mesh writes a closed mesh of triangles instead of dots. Its vertices lie on the surface, and two triangles share every edge.
 For a NAME.vert, the triangles stand in a NAME.face next to it, which replaces only triangles of a NAME.vert.
 A .html file is the page of `sparsurf show`, and a .png file is a picture; both show the first field, or the kinds of dots.
---boundary accessible places dots on the solvent-accessible surface, a probe radius outside of the atoms. They have no component.
+--boundary accessible places dots or triangles on the solvent-accessible surface, a probe radius outside of the atoms. They have
+no component.
 A cavity is an enclosed part of the surface that a probe can neither enter nor leave.
 
 FILE may also hold radii (.xyzr .xyzrn .pqr) or the elements of a small molecule (.sdf .mol .mol2), which get radii of Bondi.
@@ -78,9 +79,9 @@ def run(args: argparse.Namespace) -> None:
             "--residues selects dots, whereas --mesh writes triangles; leave out one of the two options."
         )
     if args.boundary == ACCESSIBLE:
-        if args.mesh or args.output.lower().endswith((".html", ".png")):
+        if args.output.lower().endswith((".html", ".png")):
             raise InputError(
-                "--boundary: meshes, pages and pictures show the excluded surface; write dots, or leave it out."
+                "--boundary: pages and pictures show the excluded surface; write dots or a mesh, or leave it out."
             )
         if refused := [*filter(takes_dots, options.names_of_requested_fields(args))]:
             raise InputError(
@@ -112,11 +113,12 @@ def _of_spheres(args: argparse.Namespace) -> writing.DotsToWrite:
         dots = surface(
             args.file,
             density="auto" if args.mesh else args.density or "auto",
-            boundary=args.boundary or EXCLUDED,
+            boundary=EXCLUDED if args.mesh else args.boundary or EXCLUDED,
             **rules,
         )
     if args.mesh:
-        made = mesh(dots, density=args.density, n_vertices=args.n_vertices, step=args.step, fields=names)
+        size = {"density": args.density, "n_vertices": args.n_vertices, "step": args.step}
+        made = mesh(dots, **size, fields=names, boundary=args.boundary or EXCLUDED)
         return replace(writing.mesh_dots(made), coloured=args.colours)
     table, message = _columns_and_message(args, dots)
     table["atom"] = dots.atom
@@ -167,7 +169,9 @@ def _triangles(args: argparse.Namespace, molecule: Molecule) -> writing.DotsToWr
     origin = SurfaceOrigin.of_atoms(molecule, frame, xyz, rules, D_LINK, atom_radii)
     size = mesh_size(args.n_vertices, args.density, args.step)
     return replace(
-        writing.mesh_dots(mesh_of_atoms(origin, size, names, **options.values_of_atoms(args))),
+        writing.mesh_dots(
+            mesh_of_atoms(origin, size, names, args.boundary or EXCLUDED, **options.values_of_atoms(args))
+        ),
         coloured=args.colours,
         about=options.about(args),
     )

@@ -11,6 +11,9 @@ import numpy as np
 from sparsurf.kernels import njit
 from sparsurf.patches.index import PatchIndex, ball, build_grid, select_separated
 from sparsurf.recovery.interpolants import DOTS_PER_TASK, Interpolants, fit_interpolants, interpolant_value
+from sparsurf.surfaces.decimation import GRID_STEP
+from sparsurf.surfaces.grid_mesh import mesh_of_dense
+from sparsurf.surfaces.mesh import Mesh
 from sparsurf.surfaces.spacing import DENSITY
 from sparsurf.surfaces.vectors import point, set_point
 from sparsurf.threads import parallel_map
@@ -30,6 +33,19 @@ MIN_GRADIENT = 0.2  # on the surface the length is 1; a point with a shorter gra
 TIE = 0.95
 FIRST_RIVALS = 64  # rivals for which memory is allocated at first
 GOLDEN_ANGLE = math.pi * (3 - math.sqrt(5))  # between successive points, as in a sunflower
+
+
+def recovered_mesh(
+    points: np.ndarray,
+    normals: np.ndarray,
+    step: float = GRID_STEP,
+    density: float = DENSITY,
+    reach: float = REACH,
+    steps: int = NEWTON_STEPS,
+    threads: int = 1,
+) -> Mesh:
+    """Triangulate the surface that `recover` interpolates between dots, see `mesh_of_dense`."""
+    return mesh_of_dense(*interpolate_surface(points, normals, density, reach, steps, threads), step, threads)
 
 
 def interpolate_surface(

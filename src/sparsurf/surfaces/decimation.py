@@ -30,11 +30,14 @@ from sparsurf.surfaces.half_edges import (
     triangle_normal,
     twins,
 )
-from sparsurf.surfaces.mesh import Mesh, build_mesh
+from sparsurf.surfaces.mesh import Mesh, MeshSize, build_mesh
 from sparsurf.surfaces.molecular_surface import MAX_DENSITY
+from sparsurf.surfaces.surface import Surface
 from sparsurf.surfaces.vectors import dot, point
 
 MIN_VERTICES = 4
+GRID_STEP = 0.5  # Å, of the grid of a mesh between dots
+WIDEST_STEP = 0.7  # Å, half the radius of a probe of water: wider ones miss narrow clefts
 MIN_REDUCTION = 2.0  # vertices of the fine mesh for each that is left: its own sides are uneven
 RESERVE = 0.9
 # By which an edge counts as longer at most. On meshes of 512 and 2,048 vertices, a maximum of 2 leaves triangles of half the
@@ -46,25 +49,22 @@ SLIVER = 0.3
 # Below this penalty all new triangles face within 60 degrees of the normals of their corners, so that none is folded
 FACING = 1.5
 
+# Of the shortest edges, as many as may wait while others go first
+EDGES_PER_VERTEX_TO_GO = 6
+
 LOW_BITS = (1 << 32) - 1  # the second of two numbers in one
 
 
-def sized_mesh(
-    generate: Callable[[float], Mesh], step: float, n_vertices: int | None, density: float | None = None
-) -> Mesh:
-    """Generate a mesh of `n_vertices`, or of a `density` (vertices per Å^2), at most 100 per Å^2.
+def sized_mesh(generate: Callable[[float], Mesh], size: MeshSize) -> Mesh:
+    """Generate a mesh of a grid, whose step in Å is the argument of `generate`, and reduce it to the vertices that are requested.
 
-    A mesh of a `step`, Å, is reduced, or a finer one if it has too few vertices.
+    A mesh of `WIDEST_STEP` is reduced, or a finer one if it has too few vertices.
     """
-    mesh = generate(step)
+    if size.n_vertices is None and size.density is None:
+        return generate(min(size.step or GRID_STEP, WIDEST_STEP))
+    mesh, step = generate(WIDEST_STEP), WIDEST_STEP
     while True:
-        area = float(mesh.vertices.area.sum())
-        n = max(MIN_VERTICES, round(density * area)) if density is not None else n_vertices
-        assert n is not None  # one of both is given
-        if n > MAX_DENSITY * area and density is None:
-            raise InputError(
-                f"mesh: {n:,} vertices on {area:,.0f} Å^2 are more than {MAX_DENSITY} per Å^2; ask for fewer."
-            )
+        n = n_vertices_of(size, float(mesh.vertices.area.sum()))
         if (ratio := len(mesh.vertices) / n) >= MIN_REDUCTION:
             return decimate(mesh, n)
         # The vertices grow with the square of 1 / step; the reserve makes a second attempt rare
@@ -72,19 +72,46 @@ def sized_mesh(
         mesh = generate(step)
 
 
+def n_vertices_of(size: MeshSize, area: float) -> int:
+    """Return the number of vertices that is requested of a surface of an area, Å^2, at most 100 per Å^2."""
+    n = size.n_vertices or max(MIN_VERTICES, round((size.density or 0.0) * area))
+    if n > MAX_DENSITY * area and size.density is None:
+        raise InputError(
+            f"mesh: {n:,} vertices on {area:,.0f} Å^2 are more than {MAX_DENSITY} per Å^2; ask for fewer."
+        )
+    return n
+
+
 def decimate(mesh: Mesh, n_vertices: int) -> Mesh:
     """Reduce a closed mesh to `n_vertices` in float32 of the same topology; InputError if its parts and handles need more."""
     points, normals = on_steps(mesh.vertices.points), on_steps(mesh.vertices.normals)
     origin = np.array(mesh.triangles, np.int32).ravel()
-    dead, alive = _collapse(
-        points, normals, origin, twins(origin, len(points)), max(n_vertices, MIN_VERTICES)
-    )
+    dead = np.zeros(len(mesh.triangles), bool)
+    reduce_to(n_vertices, points, normals, origin, twins(origin, len(points)), dead, len(points))
+    return mesh_that_is_left(mesh.vertices, origin, dead)
+
+
+def reduce_to(
+    n_vertices: int,
+    points: np.ndarray,
+    normals: np.ndarray,
+    origin: np.ndarray,
+    twin: np.ndarray,
+    dead: np.ndarray,
+    alive: int,
+) -> None:
+    """Collapse edges of a mesh that has `alive` vertices until `n_vertices` are left; InputError if it needs more."""
+    alive = _collapse(points, normals, origin, twin, dead, alive, max(n_vertices, MIN_VERTICES))
     if alive > n_vertices:
         raise InputError(
             f"mesh: this surface needs {alive:,} vertices at least, so that its parts and handles stay; ask for more."
         )
+
+
+def mesh_that_is_left(vertices: Surface, origin: np.ndarray, dead: np.ndarray) -> Mesh:
+    """Return the mesh of the triangles that are left, in float32."""
     kept, triangles = remaining(origin, dead)
-    vertices = mesh.vertices.take(kept)
+    vertices = vertices.take(kept)
     points, normals = (
         values.astype(np.float32).astype(float) for values in (vertices.points, vertices.normals)
     )
@@ -184,32 +211,54 @@ def _entry(
 
 
 @njit()
+def _longest_to_go(
+    n: int, points: np.ndarray, origin: np.ndarray, twin: np.ndarray, dead: np.ndarray
+) -> float:
+    """Return a squared length of edges that is enough for n vertices to go, so that longer ones need no place in the heap."""
+    lengths, m = np.empty(len(origin) // 2), 0
+    for h in range(len(origin)):
+        if not dead[h // 3] and h < twin[h]:
+            lengths[m] = squared_length(points, origin[h], origin[twin[h]])
+            m += 1
+    enough = EDGES_PER_VERTEX_TO_GO * n
+    return np.partition(lengths[:m], enough)[enough] if enough < m else np.inf
+
+
+@njit()
 def _collapse(
-    points: np.ndarray, normals: np.ndarray, origin: np.ndarray, twin: np.ndarray, n_vertices: int
-) -> tuple[np.ndarray, int]:
-    """Collapse edges until `n_vertices` are left or none may go; return which triangles are gone, and the number of vertices."""
-    dead = np.zeros(len(origin) // 3, np.bool_)
+    points: np.ndarray,
+    normals: np.ndarray,
+    origin: np.ndarray,
+    twin: np.ndarray,
+    dead: np.ndarray,
+    alive: int,
+    n_vertices: int,
+) -> int:
+    """Collapse edges until `n_vertices` are left or none may go; mark the triangles that are gone, return how many are left."""
     seen, stamp = np.zeros(len(points), np.int64), 0
     # vertices whose triangles all face their normals, where that is known
     faced = np.ones(len(points), np.bool_)
     for h in range(len(origin)):
+        if dead[h // 3]:
+            continue
         u = origin[h]
         normal, _ = triangle_normal(points, u, origin[next_edge(h)], origin[next_edge(next_edge(h))])
         faced[u] &= dot(normal, point(normals, u)) >= LEAST_FACING
-    alive = len(points)
     before = alive + 1
     # entry of the heap that counts, of the lower half-edge of each edge
     latest = np.zeros(len(origin), np.int64)
-    may_fold = False  # only where nothing else makes the mesh coarse enough
+    may_fold, longest = False, 0.0  # only where nothing else makes the mesh coarse enough
     while alive > n_vertices and (alive < before or not may_fold):
-        may_fold = alive == before
+        stalled = alive == before
+        may_fold = stalled and longest == np.inf
+        longest = np.inf if stalled else _longest_to_go(alive - n_vertices, points, origin, twin, dead)
         before = alive
         heap = [(0.0, 0, 0) for _ in range(0)]
         for h in range(len(origin)):
             if not dead[h // 3] and h < twin[h]:
-                heap.append(
-                    _entry(h, squared_length(points, origin[h], origin[twin[h]]), origin, twin, latest)
-                )
+                cost = squared_length(points, origin[h], origin[twin[h]])
+                if cost <= longest:
+                    heap.append(_entry(h, cost, origin, twin, latest))
         heapq.heapify(heap)
         while len(heap) > 0 and alive > n_vertices:
             cost, _, entry = heapq.heappop(heap)
@@ -239,8 +288,9 @@ def _collapse(
                 if seen[w] == stamp:  # the others keep their length and their triangles
                     faced[w] &= tilt >= LEAST_FACING
                     cost = squared_length(points, v, w)
-                    heapq.heappush(heap, _entry(min(e, twin[e]), cost, origin, twin, latest))
+                    if cost <= longest:
+                        heapq.heappush(heap, _entry(min(e, twin[e]), cost, origin, twin, latest))
                 e = around(e, twin)
                 if e == start:
                     break
-    return dead, alive
+    return alive

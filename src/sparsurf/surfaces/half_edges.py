@@ -1,4 +1,4 @@
-"""Closed meshes as half-edges, whose edges can be collapsed, and the removal of folds.
+"""Closed meshes as half-edges, whose edges can be collapsed.
 
 Half-edge 3 f + k leads from corner k of triangle f to the next corner, and its twin back. A triangle is folded if it faces
 against the normals of its corners, and a vertex if the triangles around it face against its normal.
@@ -11,29 +11,44 @@ import math
 import numpy as np
 
 from sparsurf.kernels import njit
-from sparsurf.surfaces.chosen_points import on_steps
-from sparsurf.surfaces.vectors import Vector, cross, dot, point, squared_distance, subtract
+from sparsurf.surfaces.vectors import Vector, cross, dot, point, slots, squared_distance, subtract
 
 LEAST_FACING = 1e-3  # cosine, so that rounding to float32 folds nothing
-MAX_SWEEPS = 20  # over all folds
-LEAST_GAIN = -1  # folds that a collapse may add where no other removes one
-
-
-def twins(origin: np.ndarray, n: int) -> np.ndarray:
-    """Return the opposite half-edge of each; half-edge 3 f + k leads from corner k of triangle f to the next."""
-    target = np.roll(origin.reshape(-1, 3), -1, axis=1).ravel()
-    key = np.minimum(origin, target).astype(np.int64) * n
-    key += np.maximum(origin, target)
-    order = np.argsort(key, kind="stable").astype(np.int32)
-    twin = np.empty(len(origin), np.int32)
-    twin[order[::2]], twin[order[1::2]] = order[1::2], order[::2]
-    return twin
 
 
 @njit()
 def next_edge(h: int) -> int:
     """Return the next half-edge of the same triangle."""
     return h - 2 if h % 3 == 2 else h + 1
+
+
+@njit()
+def twins(origin: np.ndarray, n: int) -> np.ndarray:
+    """Return the opposite half-edge of each, in a mesh of n vertices; -1 where not just one runs there, so that it is not closed.
+
+    Half-edge 3 f + k leads from corner k of triangle f to the next.
+    """
+    start = np.zeros(n + 1, np.int64)
+    for u in origin:
+        start[u + 1] += 1
+    start = np.cumsum(start)
+    place, leaving = start.copy(), np.empty(len(origin), np.int32)
+    for h in range(len(origin)):
+        leaving[place[origin[h]]] = h
+        place[origin[h]] += 1
+    twin = np.full(len(origin), -1, np.int32)
+    for h in range(len(origin)):
+        found = 0
+        for slot in slots(start, origin[next_edge(h)]):
+            if origin[next_edge(leaving[slot])] == origin[h]:
+                twin[h] = leaving[slot]
+                found += 1
+        if found != 1:
+            twin[h] = -1
+    for h in range(len(origin)):
+        if twin[h] >= 0 and twin[twin[h]] != h:
+            twin[h] = -1
+    return twin
 
 
 @njit()
@@ -165,77 +180,10 @@ def n_folds(
             return n
 
 
-def unfold(points: np.ndarray, normals: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Collapse edges of a closed mesh until nothing is folded: the vertices that are left, and the triangles among these.
-
-    As many folds stay as no collapse removes; the mesh stays closed, and its parts and handles the same.
-    """
-    origin = np.array(triangles, np.int32).ravel()
-    dead = _unfold(on_steps(points), on_steps(normals), origin, twins(origin, len(points)))
-    return remaining(origin, dead)
-
-
 def remaining(origin: np.ndarray, dead: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the vertices of the triangles that are left, and these triangles among them."""
-    kept, corners = np.unique(origin.reshape(-1, 3)[~dead], return_inverse=True)
-    return kept, corners.reshape(-1, 3)
-
-
-@njit()
-def _unfold(points: np.ndarray, normals: np.ndarray, origin: np.ndarray, twin: np.ndarray) -> np.ndarray:
-    """Collapse edges around folds, and return which triangles are gone."""
-    dead = np.zeros(len(origin) // 3, np.bool_)
-    seen, stamp = np.zeros(len(points), np.int64), 0
-    visited = np.full(len(points), -1, np.int64)
-    active = np.ones(len(points), np.bool_)  # vertices around which a fold may be
-    least_gain = 1
-    for sweep in range(MAX_SWEEPS):
-        # counted, since `near.any()` would load scipy.linalg with this kernel
-        near, n_folded = np.zeros(len(points), np.bool_), 0
-        for h in range(len(origin)):
-            if dead[h // 3] or not active[origin[h]]:
-                continue
-            corners = (origin[h], origin[next_edge(h)], origin[next_edge(next_edge(h))])
-            folded = _is_folded(*corners, points, normals)
-            if not folded and visited[corners[0]] != -2 - sweep:
-                visited[corners[0]] = -2 - sweep
-                facing = _facing(h, corners[0], corners[0], corners[0], points, normals, origin, twin)
-                folded = min(facing[0], facing[1]) < 0
-                if folded:
-                    e = h
-                    while True:
-                        near[origin[twin[e]]] = True
-                        e = around(e, twin)
-                        if e == h:
-                            break
-            if folded:
-                n_folded += 1
-                for w in corners:
-                    near[w] = True
-        active[:], changed = near, False
-        for h in range(len(origin)):
-            u = origin[h]
-            if dead[h // 3] or not near[u] or visited[u] == sweep:
-                continue
-            visited[u] = sweep
-            now = n_folds(h, False, points, normals, origin, twin)
-            best, gained, shortest = -1, least_gain, np.inf
-            e = h
-            while now > 0:
-                stamp += 1
-                if may_collapse(e, origin, twin, seen, stamp):
-                    gain = now - n_folds(e, True, points, normals, origin, twin)
-                    length = squared_length(points, u, origin[twin[e]])
-                    if gain > gained or (gain == gained and length < shortest):
-                        best, gained, shortest = e, gain, length
-                e = around(e, twin)
-                if e == h:
-                    break
-            if best >= 0:
-                active[origin[twin[best]]] = True
-                remove_start(best, origin, twin, dead)
-                changed = True
-        if not changed and (least_gain == LEAST_GAIN or n_folded == 0):
-            break
-        least_gain = 1 if changed else least_gain - 1
-    return dead
+    corners = origin.reshape(-1, 3)[~dead]
+    kept = np.flatnonzero(np.bincount(corners.ravel()))
+    number = np.empty(kept[-1] + 1 if len(kept) else 0, np.int64)
+    number[kept] = np.arange(len(kept))
+    return kept, number[corners]

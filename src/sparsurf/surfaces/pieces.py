@@ -456,7 +456,7 @@ def _apexes(rolling: Rolling, state: np.ndarray, probe: float) -> tuple[np.ndarr
 def _joined_ends(met: np.ndarray, is_cut: np.ndarray, apexes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return a number for each end of cusp arcs, (n, 2), one where several meet and -1 of whole circles, and their points.
 
-    The first points are the apexes, at which cusp arcs may end, too.
+    The first points are the apexes, at which cusp arcs may also end.
     """
     n, points = len(apexes), np.concatenate([apexes, met[is_cut].reshape(-1, 3)])
     heights = points @ DIRECTION

@@ -22,21 +22,22 @@ from sparsurf.surfaces.half_edges import (
     triangle_normal,
     twins,
 )
-from sparsurf.surfaces.mesh import Mesh, build_mesh, molecular_mesh, widest_step
+from sparsurf.surfaces.mesh import Mesh, MeshSize, build_mesh
 from sparsurf.surfaces.surface import SurfaceOrigin
+from sparsurf.surfaces.triangulation import molecular_mesh
 from sparsurf.surfaces.vectors import dot, point
 
 DENSITY_OF_PICTURES = 1.2  # vertices per Å^2
+PICTURED = MeshSize(step=1.7)  # about as coarse as the pieces of a surface allow
 EDGES_PER_AREA = 0.43  # density of a coarsened mesh, in vertices on the squared length of the edges that go
 PASSES = (0.5, 0.7, 0.85, 1.0)  # of the length of an edge: short edges go first
 MIN_FACING = 0.3  # cosine of a new triangle with the normals of its corners
 
 
-def mesh_of_picture(origin: SurfaceOrigin, threads: int = 1) -> Mesh:
+def mesh_of_picture(origin: SurfaceOrigin) -> Mesh:
     """Return the mesh of the atoms of an origin as coarse as a picture shows it."""
     rules = origin.rules
-    step, positions = widest_step(rules.probe_radius), origin.xyz.round(3)
-    mesh = molecular_mesh(positions, origin.radii, rules.probe_radius, step, threads, rules.cavities)
+    mesh = molecular_mesh(origin.xyz.round(3), origin.radii, rules.probe_radius, PICTURED, rules.cavities)
     return coarsened(mesh, DENSITY_OF_PICTURES)
 
 

@@ -177,12 +177,6 @@ def test_bad_input_is_one_sentence_and_no_file(folder, capsys, words, status, sa
     assert not list(folder.glob("x.*"))
 
 
-def test_a_surface_that_needs_more_memory_than_there_is_is_refused(folder, capsys, monkeypatch):
-    monkeypatch.setattr("sparsurf.surfaces.mesh.bytes_of_memory", lambda: 1e6)
-    assert ended(folder, "-if p.xyzr -of x") == 1
-    assert "more than the 0 GB of this machine" in capsys.readouterr().err and not list(folder.glob("x.*"))
-
-
 def test_a_warm_start_is_fast(folder):
     """In seconds of the processor, which a busy machine does not change much."""
     from resource import RUSAGE_CHILDREN, getrusage

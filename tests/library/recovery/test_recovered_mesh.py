@@ -5,7 +5,8 @@ import pytest
 
 from conftest import ball
 from sparsurf.errors import InputError
-from sparsurf.recovery.mesh import _assign_sides, recovered_mesh
+from sparsurf.recovery.interpolated_surface import recovered_mesh
+from sparsurf.surfaces.grid_mesh import _assign_sides
 
 DOTS = ball(60, 3)
 

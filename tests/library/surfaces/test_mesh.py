@@ -10,16 +10,17 @@ from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 import sparsurf
-from conftest import ROOT, sphere
+from conftest import ROOT, ball, sphere
 from sparsurf.errors import InputError
 from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.molecules.read_molecule import read_molecule
-from sparsurf.recovery.mesh import recovered_mesh
+from sparsurf.recovery.interpolated_surface import recovered_mesh
 from sparsurf.sampling.samplers import farthest
 from sparsurf.streams import Streams
-from sparsurf.surfaces import mesh as meshes
+from sparsurf.surfaces import grid_mesh, triangulation
 from sparsurf.surfaces.decimation import decimate
-from sparsurf.surfaces.mesh import marching_tetrahedra, molecular_mesh
+from sparsurf.surfaces.grid_mesh import marching_tetrahedra
+from sparsurf.surfaces.mesh import MeshSize
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.radii import radii
 
@@ -30,6 +31,10 @@ RING = np.column_stack([5 * np.cos(TURN), 5 * np.sin(TURN), 0 * TURN])
 # the probe's way around the last two reaches as far from the middle one as an arc can
 SPHERES = ([[0.0, 0, 0], [3, 0, 0]], [1.5, 1.5])
 ROD = np.array([[0.0, 0, 0], [3.0, 0, 0], [8.0, 0, 0]])
+
+
+def molecular_mesh(xyz, sizes, probe=1.4, step=0.5):
+    return triangulation.molecular_mesh(xyz, sizes, probe, MeshSize(step=step))
 
 
 def closed(triangles, n):
@@ -141,19 +146,22 @@ def test_a_cavity_is_closed_from_within():
     assert mesh.volume == pytest.approx(by_gauss(molecular_surface(5 * unit, np.full(60, 1.7))), rel=0.02)
 
 
-def test_threads_places_and_the_widest_step_of_a_grid(monkeypatch):
-    one, two = (molecular_mesh(ATOMS, RADII, threads=t) for t in (1, 2))
-    assert np.array_equal(one.vertices.points, two.vertices.points)
-    moved = molecular_mesh(ATOMS + 64.0, RADII)
+def test_places_and_steps():
+    one, moved = molecular_mesh(ATOMS, RADII), molecular_mesh(ATOMS + 64.0, RADII)
     assert np.array_equal(moved.triangles, one.triangles)
     assert moved.vertices.points - 64 == pytest.approx(one.vertices.points, abs=1e-9)
-    one = np.zeros((1, 3)), np.array([1.5])
-    assert len(molecular_mesh(*one, probe=0.4).vertices) == len(molecular_mesh(*one, 0.4, 0.2).vertices)
-    wide, fine = (len(molecular_mesh(*one, step=step).vertices) for step in (0.5, 0.25))
+    wide, fine = (len(molecular_mesh(ATOMS, RADII, step=step).vertices) for step in (0.5, 0.25))
     assert 3 < fine / wide < 5  # as the square of the step
-    monkeypatch.setattr(meshes, "MAX_GRID_POINTS", 1000)
-    with pytest.raises(InputError, match="Å would have"):
-        molecular_mesh(ATOMS, RADII)
+    assert 15 < wide / one.area < 21  # as many as a grid of this step would give
+
+
+def test_a_grid_between_dots_has_a_largest_size(monkeypatch):
+    with monkeypatch.context() as patch, pytest.raises(InputError, match="Å would have"):
+        patch.setattr(grid_mesh, "MAX_GRID_POINTS", 1000)
+        recovered_mesh(*ball(60, 3))
+    monkeypatch.setattr(grid_mesh, "bytes_of_memory", lambda: 1e4)
+    with pytest.raises(InputError, match="more than the 0 GB of this machine"):
+        recovered_mesh(*ball(60, 3))
 
 
 def test_the_recovered_surface_as_a_mesh():
@@ -317,9 +325,9 @@ def test_a_vertex_belongs_to_the_atom_of_the_dots_there(n_vertices):
     vertices, origin = mesh.vertices, mesh.vertices.origin
     gap = np.linalg.norm(vertices.points - origin.xyz[vertices.atom], axis=1) - origin.radii[vertices.atom]
     assert np.abs(gap[vertices.kind == 0]).max() < 1e-5 and (gap > -1e-5).all()
-    distance, nearest = cKDTree(dots.points).query(vertices.points)
-    near = distance < 0.04  # elsewhere the border between two atoms may pass
-    assert near.sum() > 300 and (dots.atom[nearest] == vertices.atom)[near].mean() > 0.97
+    of_dots = dots.atom[cKDTree(dots.points).query(vertices.points, k=4)[1]]
+    is_inside = (of_dots == of_dots[:, :1]).all(axis=1)  # elsewhere the border between two atoms may pass
+    assert is_inside.sum() > 300 and (of_dots[:, 0] == vertices.atom)[is_inside].mean() > 0.98
     table = mesh.to_frame()
     atoms = dots.molecule.labels(vertices.atom)
     assert all(np.array_equal(table[name], atoms[name]) for name in atoms)

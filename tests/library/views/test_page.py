@@ -97,7 +97,7 @@ def test_the_triangles_of_the_page_lie_on_the_surface_and_carry_its_residues_and
     labels = [f"{row.residue_name} {row.residue} {row.chain}".strip() for row in table.itertuples()]
     assert header["residues"] == labels
     same = dots.molecule.residue_index[dots.atom[nearest]] == columns["residue0"]
-    assert same.mean() > 0.95  # corners between residues may be nearest to a dot of the other
+    assert same.mean() > 0.93  # corners between residues may be nearest to a dot of the other
     scale, rough = header["values"][0], sparsurf.roughness(dots)
     shown = scale["low"] + columns["corner 0"] / 254 * (scale["high"] - scale["low"])
     assert (
