@@ -110,6 +110,7 @@ test: setup-test
 	for file in Snakefile workflow/Snakefile evidence/Snakefile; do $(BIN)/snakemake --lint --snakefile $$file || exit 1; done
 	$(BIN)/mypy
 	$(BIN)/lint-imports --no-cache --no-logo
+	$(BIN)/python docs/language.py
 	@$(if $(RELEASE),,echo "Only .ci/run also checks the package, the recipes of CONTRIBUTING.md, an older processor, which bytes each \
 	key changes, the lowest versions, the book, the short study and the evidence.")
 	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest $(if $(RELEASE),,-m "not release") -n 3 --dist worksteal # on two cores: some tests wait

@@ -4,7 +4,6 @@ import ast
 import re
 import subprocess
 import sys
-from collections import defaultdict
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -23,18 +22,6 @@ FUNCTION_WORDS = {
 }  # fmt: skip
 # Arguments of exported functions keep the name that users type
 NAMED_BY_USERS = {"src/sparsurf/api/patches.py at"}
-# Constants of the environment and of Python, which docstrings name
-NAMES_OF_OTHERS = ("NUMBA_CACHE_DIR", "SOURCE_DATE_EPOCH", "SPARSURF_STRUCTURES", "TYPE_CHECKING")
-# Public names of modules that stand in several of them: why
-NAMES_IN_SEVERAL_MODULES = {
-    "log": "the logger of a module",
-    "main": "what `python -m` runs",
-    "T": "a type variable, and an axis in rolling_probe",
-    **dict.fromkeys(("arguments", "run", "EXAMPLES", "FORMATS"), "every command has them"),
-    **dict.fromkeys(("draw", "figure"), "every figure has them"),
-    **dict.fromkeys(("DESCRIPTOR", "N_Z", "describe", "order"), "every descriptor has them"),
-    "FORMAT": "every surface format has it",
-}
 
 
 def test_conda_and_pip_name_the_same_versions_and_the_package_of_these_rules():
@@ -144,41 +131,3 @@ def test_no_variable_is_called_by_a_function_word():
             if name in FUNCTION_WORDS and f"{file} {name}" not in NAMED_BY_USERS:
                 found.append(f"{file}:{line} {name}")
     assert found == []
-
-
-def test_a_constant_that_a_docstring_names_exists():
-    defined, named = {*NAMES_OF_OTHERS}, []
-    for path in [*SOURCES.rglob("*.py"), *(ROOT / "scripts").glob("*.py")]:
-        defined |= {name for _, name in variables_of(path)}
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
-                constants = re.findall(r"\b[A-Z][A-Z0-9]*_[A-Z0-9_]+\b", ast.get_docstring(node) or "")
-                named += [(path.relative_to(ROOT).as_posix(), name) for name in constants]
-    assert len(named) > 20 and [(file, name) for file, name in named if name not in defined] == []
-
-
-def public_names_of(path: Path) -> set[str]:
-    """The functions, classes and variables that a module defines at its top level, without private ones."""
-    names = set()
-    for node in ast.parse(path.read_text(encoding="utf-8")).body:
-        if isinstance(node, ast.FunctionDef | ast.ClassDef):
-            names.add(node.name)
-        elif isinstance(node, ast.Assign | ast.AnnAssign):
-            targets = node.targets if isinstance(node, ast.Assign) else [node.target]
-            names |= {
-                part.id for target in targets for part in ast.walk(target) if isinstance(part, ast.Name)
-            }
-    return {name for name in names if not name.startswith("_")}
-
-
-def test_a_public_name_means_one_thing():
-    """A name in two modules is read as one thing; what a module only imports does not count."""
-    modules = defaultdict(list)
-    for path in sorted(SOURCES.rglob("*.py")):
-        for name in public_names_of(path):
-            modules[name].append(path.relative_to(SOURCES).as_posix())
-    several = {name: paths for name, paths in modules.items() if len(paths) > 1}
-    assert {name: several[name] for name in several.keys() - NAMES_IN_SEVERAL_MODULES.keys()} == {}
-    assert NAMES_IN_SEVERAL_MODULES.keys() <= several.keys(), (
-        "take names that stand in one module out of the list"
-    )

@@ -110,4 +110,4 @@ def test_each_door_names_what_it_reads(tmp_path, door):
 
 def test_arrays_in_half_precision_are_called_a_surface(caplog):
     Surface(np.eye(3, dtype=np.float16), np.eye(3))
-    assert caplog.messages[0].startswith("surface: its positions are float16")
+    assert caplog.messages[0].startswith("surface: its positions")

@@ -1,13 +1,8 @@
 """Stored kernels: loaded without what compiles them, complete for all commands; none where another numba lacks what they need."""
 
-import ast
 import os
 import subprocess
 import sys
-import time
-from concurrent.futures import ThreadPoolExecutor
-
-import pytest
 
 from conftest import ROOT
 from sparsurf import kernels
@@ -77,56 +72,30 @@ def test_an_upgrade_that_renames_a_type_compiles_anew(tmp_path):
             assert run.stdout == f"{printed}\n", run.stderr[-500:]
 
 
-KILLED = """
-import os
-from numba.core import caching
-opened = caching.IndexDataCacheFile._open_for_write
-def kill_at_a_form(self, path):
-    return os._exit(1) if path.endswith(".nbc") else opened(self, path)
-caching.IndexDataCacheFile._open_for_write = kill_at_a_form
-"""
-
-
-WAITING = """
-import time
-from pathlib import Path
-from numba.core import caching
-named = caching.IndexDataCacheFile._save_index
-def after_another_process(self, forms):
-    Path("stored").touch()
-    while not Path("go").exists():
-        time.sleep(0.01)
-    named(self, forms)
-caching.IndexDataCacheFile._save_index = after_another_process
-"""
-
-
-def test_no_older_form_is_loaded_after_a_kill_or_beside_another_process(tmp_path):
-    """The index of numba names a form before it is there.
-
-    A process is killed between the files of a kernel. Another one waits there, and a third, which would remove what no index
-    names, waits for it.
-    """
-    (tmp_path / "kernels_of_a_type").mkdir()
-    (tmp_path / "kernels_of_a_type" / "__init__.py").touch()
+def test_what_processes_store_is_right_after_a_kill_and_beside_others(tmp_path):
+    """One is killed once it has begun to store a kernel of another source; three store it at once."""
+    (package := tmp_path / "kernels_of_a_type").mkdir()
+    (package / "__init__.py").touch()
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "kernels")}
+    call = [sys.executable, "-c", "import kernels_of_a_type.scaling"]
 
-    def start(factor, before=""):
-        code = OF_A_TYPE.format(type="Same", factor=factor)
-        (tmp_path / "kernels_of_a_type" / "scaling.py").write_text(code)
-        call = [sys.executable, "-c", before + "import kernels_of_a_type.scaling"]
-        return subprocess.Popen(call, cwd=tmp_path, env=environment, stdout=subprocess.PIPE, text=True)
+    def start(n):
+        started = {"cwd": tmp_path, "env": environment, "stdout": subprocess.PIPE, "text": True}
+        return [subprocess.Popen(call, **started) for _ in range(n)]
 
-    assert [start(1).communicate()[0], start(2, KILLED).communicate()[0]] == ["21.0\n", ""]
-    first = start(2, WAITING)
-    while not (tmp_path / "stored").exists() and first.poll() is None:
-        time.sleep(0.01)
-    second = start(2)
-    with pytest.raises(subprocess.TimeoutExpired):
-        second.wait(3)
-    (tmp_path / "go").touch()
-    printed = [first.communicate()[0], second.communicate()[0], start(2).communicate()[0]]
-    assert printed == 3 * ["42.0\n"] and len([*tmp_path.rglob("*.nbc")]) == 1  # the older one is removed
+    def stored():
+        return {(path, path.stat().st_mtime_ns) for path in tmp_path.glob("kernels/**/*.nb?")}
+
+    (package / "scaling.py").write_text(OF_A_TYPE.format(type="Same", factor=1))
+    assert start(1)[0].communicate()[0] == "21.0\n"
+    before = stored()
+    (package / "scaling.py").write_text(OF_A_TYPE.format(type="Same", factor=2))
+    (killed,) = start(1)
+    while stored() == before and killed.poll() is None:
+        pass
+    killed.kill()
+    killed.communicate()
+    assert [each.communicate()[0] for each in [*start(3), *start(1)]] == 4 * ["42.0\n"]
 
 
 ALL_COMMANDS = """
@@ -181,21 +150,6 @@ show mesh.ply --no-open -o page.html
 """
 
 
-def test_two_processes_that_store_one_kernel_keep_both_forms(tmp_path, monkeypatch):
-    """As the two parts of the build of a wheel do; the lock is that of an open folder, so that threads show it."""
-    load, forms = kernels.StoredForms._load_index, [kernels.StoredForms(tmp_path, "k", 1) for _ in range(4)]
-
-    def load_slowly(self):
-        index = load(self)
-        time.sleep(0.1)
-        return index
-
-    monkeypatch.setattr(kernels.StoredForms, "_load_index", load_slowly)
-    with ThreadPoolExecutor() as pool:
-        list(pool.map(lambda number: forms[number].save(number, str(number)), range(4)))
-    assert [forms[0].load(number) for number in range(4)] == ["0", "1", "2", "3"]
-
-
 def test_no_command_compiles_a_kernel_after_the_installation(tmp_path):
     """All forms that commands load are among those that `compile_kernels`, which builds a wheel, has compiled before."""
     lines = (ROOT / "data" / "tdp43" / "topology.pdb").read_text().splitlines(keepends=True)
@@ -206,15 +160,3 @@ def test_no_command_compiles_a_kernel_after_the_installation(tmp_path):
     run = subprocess.run(call, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert run.returncode == 0, run.stderr[-2000:]
     assert run.stdout == ""
-
-
-def test_kernels_import_their_constants_from_sources_that_are_hashed():
-    """A line of several rows, or a module that is imported by another, would be missed."""
-    folder, missed = ROOT / "src" / "sparsurf", []
-    for path in sorted(folder.rglob("*.py")):
-        if "@njit(" in (text := path.read_text()) and path.name != "kernels.py":
-            names = {each.decode() for each, _ in kernels.IMPORTED.findall(text.encode())}
-            imports = [each for each in ast.parse(text).body if isinstance(each, ast.ImportFrom)]
-            used = {each.module for each in imports if (each.module or "").startswith("sparsurf.")}
-            missed += sorted(used - names)
-    assert missed == []

@@ -62,7 +62,7 @@ def test_points_near_a_line_are_refused(off_line, determined):
         assert np.allclose(turn, TURN) and np.allclose(shift, SHIFT - away @ TURN)
         assert np.allclose(superpose(np.array([points, points @ TURN]), slice(None)), points)
     else:
-        with pytest.raises(InputError, match=r"^the points to fit lie on a line"):
+        with pytest.raises(InputError, match="fit lie"):
             rigid_fit(points, points @ TURN + SHIFT)
         with pytest.raises(InputError, match=r"^the atoms to superpose lie on a line.* in frame 0"):
             superpose(np.array([points, points @ TURN]), slice(None))
@@ -77,7 +77,7 @@ def test_a_plane_and_its_mirror_image_are_superposed():
 
 def test_a_mirror_image_is_refused_only_if_several_turns_fit_it():
     """Each of three turns by half fits the mirror image of a tetrahedron equally well; a stretched one has one best turn."""
-    with pytest.raises(InputError, match="or are a mirror image"):
+    with pytest.raises(InputError, match="mirror image"):
         rigid_fit(TETRAHEDRON, -TETRAHEDRON)
     stretched = TETRAHEDRON * [3, 2, 1]
     turn, _ = rigid_fit(stretched, stretched * [1, 1, -1])
@@ -95,7 +95,7 @@ def test_forms_whose_alpha_carbons_lie_on_a_line_are_superposed_by_their_backbon
 
 def test_forms_on_a_line_are_refused(extended):
     form = with_frames(extended, np.outer(np.arange(extended.n_atoms), STEP))
-    with pytest.raises(InputError, match=r"^the atoms that the two forms share lie on a line"):
+    with pytest.raises(InputError, match="forms share lie"):
         superpose_forms(form, form)
 
 

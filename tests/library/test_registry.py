@@ -141,7 +141,7 @@ def test_a_registered_name_has_its_label_and_is_replaced_by_its_next_version(dot
     def other(prepared, n, rng):
         return np.arange(n)
 
-    with pytest.raises(InputError, match="there is a sampler 'high' already"):
+    with pytest.raises(InputError, match="sampler 'high' already"):
         sparsurf.register("sampler", "high", other)
     assert np.array_equal(sparsurf.sample(dots, n_dots=9, sampler="high"), first)
     again = type(topmost)(other.__code__, globals(), "topmost")
@@ -153,11 +153,11 @@ def test_a_registered_name_has_its_label_and_is_replaced_by_its_next_version(dot
 @pytest.mark.parametrize(
     ("kind", "name", "function", "words"),
     [
-        ("colour", "x", topmost, "there is no kind 'colour'"),
-        ("sampler", "a b", topmost, "cannot name a sampler"),
+        ("colour", "x", topmost, "kind 'colour'"),
+        ("sampler", "a b", topmost, "cannot name"),
         ("sampler", "x", 3, "give the function"),
         ("sampler", "farthest", topmost, "built in"),
-        ("sampler", "x", height, r"it must take \(prepared, n, rng\)"),
+        ("sampler", "x", height, r"take \(prepared, n,"),
         ("format", "x", lambda content, path: None, "needs sniff"),
     ],
 )
@@ -175,23 +175,23 @@ def named(name, function):
 @pytest.mark.parametrize(
     ("call", "words"),
     [
-        (lambda d: sparsurf.sample(d, n_dots=5, sampler="farhtest"), "did you mean 'farthest'"),
+        (lambda d: sparsurf.sample(d, n_dots=5, sampler="farhtest"), "you mean 'farthest'"),
         (lambda d: sparsurf.sample(d, n_dots=5, sampler=lambda p, n, r: [1]), "has no name"),
-        (lambda d: sparsurf.sample(d, n_dots=5, sampler=named("a", lambda p, n: [1])), r"'a' takes \(p, n\)"),
+        (lambda d: sparsurf.sample(d, n_dots=5, sampler=named("a", lambda p, n: [1])), r"'a' takes \(p,"),
         (lambda d: sparsurf.sample(d, n_dots=5, sampler=named("a", lambda p, n, r: [0.5])), "'a' returns an array"),
         (lambda d: sparsurf.sample(d, n_dots=5, sampler=named("a", lambda p, n, r: None)), "'a' returns a NoneType"),
         (lambda d: sparsurf.sample(d, n_dots=5, sampler=named("a", lambda p, n, r: [1, 1])), "2 dots, of which 1 repeat"),
-        (lambda d: sparsurf.sample(d, n_dots=5, sampler=named("a", lambda p, n, r: [-1])), "from -1 to -1"),
+        (lambda d: sparsurf.sample(d, n_dots=5, sampler=named("a", lambda p, n, r: [-1])), "-1 to -1"),
         (lambda d: sparsurf.sample(d, n_dots=5, sampler=named("farthest", lambda p, n, r: [1])), "rename your"),
         (lambda d: sparsurf.fields(d, named("a", lambda d: [1])), r"must take .* or the dots alone .*takes_dots=True"),
         (lambda d: sparsurf.fields(d, named("a", lambda m, p: [1, 2])), "'a' returns an array of shape"),
         (lambda d: sparsurf.fields(d, named("a", lambda m, p: ["x"] * len(p))), "'a' returns an array of <U1"),
-        (lambda d: sparsurf.fields(d, named("a", lambda m, p: np.full(len(p), np.nan))), "no value at any dot"),
-        (lambda d: sparsurf.fields(d, named("a", lambda m, p: np.full(len(p), np.inf))), "infinity; .* NaN where"),
+        (lambda d: sparsurf.fields(d, named("a", lambda m, p: np.full(len(p), np.nan))), "any dot"),
+        (lambda d: sparsurf.fields(d, named("a", lambda m, p: np.full(len(p), np.inf))), "infinity; .* NaN"),
         (lambda d: sparsurf.roughness(d, roughness=named("a", lambda i, r, t: np.full(len(d), np.nan))), "NaN"),
         (lambda d: sparsurf.roughness(d, roughness=named("a", lambda i, r, t: np.full(len(d), 2))), "between 0 .rough. and 1"),
-        (lambda d: sparsurf.roughness(d, roughness="publisched"), "did you mean 'published'"),
-        (lambda d: sparsurf.descriptors(d, [0], descriptor=named("a", lambda p: [1.0])), r"of shape \(1, any width\)"),
+        (lambda d: sparsurf.roughness(d, roughness="publisched"), "you mean 'published'"),
+        (lambda d: sparsurf.descriptors(d, [0], descriptor=named("a", lambda p: [1.0])), r"shape \(1, any"),
         (lambda d: sparsurf.descriptors(d, [0], descriptor=named("a", lambda p: [[np.inf]])), "infinity"),
         (lambda d: sparsurf.descriptors(d, [0], descriptor="extnt"), "there is no descriptor"),
     ],
@@ -219,7 +219,7 @@ def test_an_installed_package_adds_names(dots, plugin, caplog):
         "topmost"
     ]
     assert "my_plugin" not in sys.modules  # nothing is imported before it is used
-    assert "nonsense" in caplog.text and "'farthest' is left out" in caplog.text
+    assert "nonsense" in caplog.text and "'farthest' is left" in caplog.text
     kept = sparsurf.sample(dots, n_dots=9, sampler="topmost")
     assert np.array_equal(kept, np.argsort(-dots.points[:, 2], kind="stable")[:9])
     table = sparsurf.fields(dots, "elevation")

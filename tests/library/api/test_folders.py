@@ -73,7 +73,7 @@ def test_names_of_a_list_are_the_shortest_ends_that_differ(predictions, tmp_path
     assert [*structures_in(place)] == names and not caplog.text
     (place / "top_rank_001.cif.gz").write_text("nothing")
     assert [*structures_in(place)][-2:] == ["top_rank_001.cif.gz", "top_rank_001.pdb"]
-    assert "differ in their suffix alone" in caplog.text
+    assert "suffix alone" in caplog.text
 
 
 def test_assemblies_of_the_pdb_are_read_and_structures_of_another_name_are_told(
@@ -136,10 +136,10 @@ def test_bad_input_is_one_sentence(predictions, tmp_path, capfd):
         said = capfd.readouterr().err
         assert sentence in said and "Traceback" not in said and not (tmp_path / "x.csv").exists()
     ended("areas", place, "-o", tmp_path / "x.npz", code=1)
-    assert "ends in .parquet, .csv" in capfd.readouterr().err
+    assert ".parquet, .csv" in capfd.readouterr().err
     ended("areas", file, tmp_path / "one.xyzr", "--of", "atoms", "-o", tmp_path / "x.csv")
-    assert "one: it has other columns than the structures before it" in capfd.readouterr().err
-    with pytest.raises(InputError, match="has the name of another file"):
+    assert "structures before" in capfd.readouterr().err
+    with pytest.raises(InputError, match="another file"):
         structures_in([file, place / "job1" / ".." / file.name])
     assert not [*tmp_path.glob(".x*")]
 

@@ -144,7 +144,7 @@ def test_a_mol_without_residues_is_taken_whole_and_without_conformers_refused():
     mol = chem.MolFromMolBlock(METHANOL)
     assert as_molecule(mol).name.tolist() == ["C1", "O2"] and sparsurf.areas(mol).accessible.sum() > 100
     mol.RemoveAllConformers()
-    with pytest.raises(InputError, match="the Mol of RDKit has no conformer"):
+    with pytest.raises(InputError, match="Mol of RDKit"):
         sparsurf.surface(mol)
 
 
@@ -155,7 +155,7 @@ def test_parts_and_broken_atoms_of_another_library():
     with pytest.raises(InputError, match="the AtomArray has 1 frames of 0 atoms"):
         sparsurf.surface(array[:0])
     array.coord[3] = np.nan
-    with pytest.raises(InputError, match="the AtomArray has coordinates that are not numbers"):
+    with pytest.raises(InputError, match="AtomArray has coordinates"):
         sparsurf.surface(array)
 
 
@@ -182,7 +182,7 @@ def test_a_subset_is_taken_where_dots_are(dots, tmp_path):
     few = sparsurf.minimal(dots, percent=5)
     table = sparsurf.compare(dots, {"subset": few, "dots": few.dots}, test_dots=20)
     assert table.loc["subset"].equals(table.loc["dots"])
-    with pytest.raises(InputError, match="subset: this subset was chosen from other dots"):
+    with pytest.raises(InputError, match="other dots"):
         sparsurf.compare(dots, replace(few, dots=few.dots[::-1]))
     by_dots = sparsurf.residues(dots, kept=few.dots, weight=few.weight)
     assert sparsurf.residues(dots, kept=few).equals(by_dots)

@@ -119,7 +119,7 @@ def test_a_map_of_a_part_has_no_values_beyond_and_says_how_many_dots_lie_there(d
     values = sparsurf.fields(dots, path)["half_mrc"]
     assert 0.3 < inside.mean() < 0.7 and np.array_equal(np.isfinite(values), inside)
     assert f"half.mrc: {100 - 100 * inside.mean():.3g} % of the dots lie outside of the map" in caplog.text
-    with pytest.raises(InputError, match=r"no dot lies in the map .*half\.mrc"):
+    with pytest.raises(InputError, match=r"map .*half\.mrc"):
         molecule = sparsurf.read_molecule(PEPTIDE)
         sparsurf.fields(sparsurf.surface(replace(molecule, xyz=molecule.xyz + 500)), path)
 
@@ -131,14 +131,14 @@ CUBE = mrc_of(np.zeros((2, 2, 2)), (2, 2, 2, 90, 90, 90))
 @pytest.mark.parametrize(
     ("name", "content", "words"),
     [
-        ("none.dx", None, "none.dx does not exist"),
-        ("a.dx", "a picture", "is no map in text of OpenDX"),
-        ("a.dx", BODY.replace("delta 0.0", "epsilon 0.0"), "is no map in text of OpenDX"),
+        ("none.dx", None, "none.dx does"),
+        ("a.dx", "a picture", "text of OpenDX"),
+        ("a.dx", BODY.replace("delta 0.0", "epsilon 0.0"), "text of OpenDX"),
         ("a.dx", BODY[: BODY.index("7.0000")], "holds 7 values of 8"),
-        ("a.dx", BODY.replace("3.000000000000e+00", "three"), "has a word among its numbers"),
-        ("a.dx", BODY.replace("delta 1.0", "delta 0.0"), "no origin and no three axes"),
-        ("a.mrc", CUBE[:-8], "is no map of CCP4 or MRC"),
-        ("a.map", b"GRID_PARAMETER_FILE a.gpf\n" + 2000 * b"0.1\n", "is no map of CCP4 or MRC"),
+        ("a.dx", BODY.replace("3.000000000000e+00", "three"), "word among"),
+        ("a.dx", BODY.replace("delta 1.0", "delta 0.0"), "three axes"),
+        ("a.mrc", CUBE[:-8], "CCP4 or MRC"),
+        ("a.map", b"GRID_PARAMETER_FILE a.gpf\n" + 2000 * b"0.1\n", "CCP4 or MRC"),
         ("a.ccp4", CUBE[:28] + bytes(12) + CUBE[40:], "states no cell"),
         ("a.ccp4", CUBE[:40] + bytes(24) + CUBE[64:], "states no cell"),
     ],
@@ -153,9 +153,7 @@ def test_what_is_no_map_is_a_sentence(dots, tmp_path, name, content, words):
 def test_maps_of_several_structures_or_of_one_name_are_refused(dots, tmp_path):
     path = written(tmp_path / "linear", dots.points[:9], "dx")
     for call in (sparsurf.points_of, sparsurf.frames):
-        with pytest.raises(
-            InputError, match=r"linear\.dx is a map, which belongs to one frame of one structure"
-        ):
+        with pytest.raises(InputError, match="map, which belongs"):
             call(str(ROOT / "data" / "tdp43") if call is sparsurf.points_of else PEPTIDE, fields=str(path))
-    with pytest.raises(InputError, match="two maps are called linear_dx"):
+    with pytest.raises(InputError, match="called linear_dx"):
         sparsurf.fields(dots, [path, path])

@@ -120,11 +120,9 @@ def test_fields_come_in_the_order_of_their_names_and_what_has_no_place_is_refuse
     table = compute_fields(["score", "potential", "hydropathy"], molecule, points, table=tmp_path / "t.csv")
     assert list(table) == ["score", "potential", "hydropathy"]
     assert table["potential"] == pytest.approx(potential_of_charges(*table_charges(molecule), points))
-    with pytest.raises(
-        InputError, match="there is no field 'score'; the fields are hydropathy, potential, bfactor"
-    ):
+    with pytest.raises(InputError, match="field 'score';"):
         compute_fields(["score"], molecule, points)
-    with pytest.raises(InputError, match="charges is int; it must be table, pdb2pqr or the path"):
+    with pytest.raises(InputError, match="table, pdb2pqr"):
         compute_fields(["potential"], molecule, points, charges=3)
     dots = sparsurf.surface(molecule)
     atoms = dots.atom.copy()
@@ -397,7 +395,7 @@ def test_half_of_the_charges_of_a_pqr_file_are_small(tmp_path, charges, refused)
     text = "".join(f"ATOM {k} N ALA 1 {k} 0 0 {charge} 1.5\n" for k, charge in enumerate(charges))
     (tmp_path / "a.pqr").write_text(text)
     if refused:
-        with pytest.raises(InputError, match="exchange charge and radius"):
+        with pytest.raises(InputError, match="exchange charge"):
             pqr_charges(tmp_path / "a.pqr")
     else:
         assert pqr_charges(tmp_path / "a.pqr")[1].tolist() == [*charges]
@@ -518,7 +516,7 @@ def test_a_scale_gives_each_residue_the_value_of_its_name(tmp_path, molecule):
     expected = np.where(molecule.residue_name == "PHE", -1.13, np.where(histidine, 0.17, np.nan))
     np.testing.assert_array_equal(values, expected)
     (tmp_path / "scale.csv").write_text("residue_name,scale\nPHE,1\nPHE,2\n")
-    with pytest.raises(InputError, match="two rows for one residue name"):
+    with pytest.raises(InputError, match="residue name"):
         TableOfAtoms.read(tmp_path / "scale.csv", molecule).field("scale")
 
 
@@ -557,10 +555,10 @@ def test_a_row_of_another_residue_is_refused_and_names_of_one_residue_agree(tmp_
         ("residue,score\n9999,1\n", "no row fits"),
         ("residue,score\n\n209,1\n210,\n211,y\n", "row 3: score is 'y'"), ("residue,score\n209,1\n209,2\n", "two rows"),
         ("residue,other\n209,1\n", "no column 'score'"), ("residue,score\n209,inf\n", "row 1: score is 'inf'"),
-        ("residue,score,score\n209,1,2\n", "has the column 'score' twice"),
+        ("residue,score,score\n209,1,2\n", "column 'score' twice"),
         ("residue,score\n209,1\n210\n", "row 2: it has 1 values, not 2; repair it"),
         ("residue,score\n209,1\n210,2,3\n", "row 2: it has 3 values, not 2; repair it"),
-        ('residue,score\n209,"1\n', "not a table with commas between its columns"),
+        ('residue,score\n209,"1\n', "commas between"),
     ],
 )  # fmt: skip
 def test_a_table_that_does_not_fit_is_refused(tmp_path, molecule, content, said):
@@ -631,7 +629,7 @@ def test_chain_and_atom_tell_the_rows_of_a_residue_apart(tmp_path, caplog):
         with pytest.raises(InputError, match=f"no column '{name}' of values; it has chain, residue, score"):
             TableOfAtoms.read(path, molecule).field(name)
     path.write_text("residue,component\n1,1\n")
-    with pytest.raises(InputError, match="'component' cannot name a field"):
+    with pytest.raises(InputError, match="'component' cannot name"):
         TableOfAtoms.read(path, molecule).field("component")
 
 
@@ -680,7 +678,7 @@ def test_fields_are_those_of_the_first_frame(tmp_path):
 def test_a_column_called_like_a_field_and_an_unknown_field_are_refused(tmp_path, molecule):
     path, dots = tmp_path / "scores.csv", (np.zeros((1, 3)), np.array([[0, 0, 1.0]]))
     path.write_text("residue,bfactor,score\n209,1,2\n")
-    with pytest.raises(InputError, match=r"scores\.csv has the column 'bfactor'"):
+    with pytest.raises(InputError, match="column 'bfactor'"):
         sparsurf.fields(molecule, dots, ("bfactor",), table=path)
     with pytest.raises(InputError, match="hydropathy, potential"):
         sparsurf.fields(molecule, dots, ("colour",))

@@ -141,5 +141,5 @@ def test_unknown_residues_count_as_neither_and_are_named(caplog):
 
 def test_hbond_needs_the_names_of_atoms():
     spheres = (np.zeros((1, 3)), [1.7])
-    with pytest.raises(InputError, match="hbond follows from the names of residues and atoms"):
+    with pytest.raises(InputError, match="hbond follows"):
         sparsurf.points(spheres, 50, fields="hbond")

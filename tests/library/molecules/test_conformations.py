@@ -52,7 +52,7 @@ def test_superposed_copies_coincide():
     assert np.abs(superpose(copies, slice(None)) - first).max() < 1e-11  # sums of 100 Å in float64
     assert np.abs(superpose(copies[1:], slice(5), first[:5]) - first).max() < 1e-10  # on what is given
     copies[2:4, :, :2] = 0.0  # on a line
-    with pytest.raises(InputError, match="lie on a line, or are a mirror image, in frame 2"):
+    with pytest.raises(InputError, match="frame 2"):
         superpose(copies, slice(None))
     mirrored = np.array([first, first * (1, 1, -1)])
     assert np.abs(superpose(mirrored, slice(None))[1] - first).max() > 1

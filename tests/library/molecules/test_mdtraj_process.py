@@ -94,7 +94,7 @@ def test_a_trajectory_of_other_atoms_says_how_many_it_has(whole, tmp_path):
 def test_one_frame_of_other_atoms_is_refused(whole, tmp_path):
     path = tmp_path / "a.ncrst"
     whole[0].save(str(path))
-    with pytest.raises(InputError, match="and its topology have different numbers of atoms"):
+    with pytest.raises(InputError, match="different numbers"):
         load_frames(path, 7, first=True)
 
 
@@ -146,7 +146,7 @@ def test_frames_are_counted_over_all_parts(whole, tmp_path, monkeypatch, ending,
 
 
 def test_what_cannot_be_read_is_a_sentence(tmp_path, monkeypatch):
-    with pytest.raises(InputError, match=r"no[.]xtc does not exist: check the path"):
+    with pytest.raises(InputError, match="exist: check"):
         load_frames(tmp_path / "no.xtc", 3)
     (tmp_path / "bad.gro").write_text("one\ntwo\n")
     with pytest.raises(InputError, match=r"bad.gro cannot be read \(\w.*\): it is damaged"):

@@ -322,7 +322,7 @@ def test_a_trajectory_in_memory_has_an_atom_and_nanometres(tmp_path):
         with pytest.raises(InputError, match=f"{n_frames} frames of {n_atoms} atoms: give one with both"):
             from_mdtraj(given.atom_slice(range(n_atoms))[:n_frames])
     given.xyz /= 10
-    with pytest.raises(InputError, match="give lengths in nm, as in mdtraj"):
+    with pytest.raises(InputError, match="lengths in nm,"):
         from_mdtraj(given)
 
 
@@ -540,7 +540,7 @@ def test_atoms_of_two_molecules_less_than_an_angstrom_apart_lie_on_each_other(si
     repair = Unwrapping(two, 100 * np.eye(3), np.repeat(np.arange(8), 5))
     box = np.diag([200.0, side, 200.0])[None]
     if refused:
-        with pytest.raises(InputError, match="lay atoms of one molecule onto another"):
+        with pytest.raises(InputError, match="molecule onto another"):
             repair(two[None], box)
     else:
         assert np.ptp(repair(two[None], box)[0, :, 1]) == pytest.approx(side - 50)
@@ -613,7 +613,7 @@ def test_a_frame_that_repeats_or_goes_back_is_called_by_its_number_in_the_file(t
     caplog.clear()
     few = read_molecule(tmp_path / "a.pdb", tmp_path / "a.xtc", times=[2.0, 4, 7])
     assert few.frame_number.tolist() == few.time_ps.tolist() == [0, 2, 7]
-    assert "the first is frame 4" in caplog.text
+    assert "frame 4" in caplog.text
 
 
 def test_scaled_coordinates_of_lammps_are_shares_of_the_box(tmp_path):

@@ -36,7 +36,7 @@ def test_two_bodies_and_a_cavity_are_all_closed(caplog):
 
 def test_normals_that_point_inward_and_holes_are_reported(caplog):
     recovered_mesh(DOTS[0], -DOTS[1])
-    assert caplog.messages[0].startswith("the normals point inward, so that the mesh encloses the outside")
+    assert caplog.messages[0].startswith("the normals point")
     caplog.clear()
     below = DOTS[0][:, 2] < 0
     recovered_mesh(2 * DOTS[0][below], DOTS[1][below], step=0.3)
@@ -46,7 +46,7 @@ def test_normals_that_point_inward_and_holes_are_reported(caplog):
 
 
 def test_a_step_that_is_wider_than_the_surface_is_refused():
-    with pytest.raises(InputError, match="too coarse for the surface; give a smaller step"):
+    with pytest.raises(InputError, match="smaller step"):
         recovered_mesh(ball(60, 0.2)[0], DOTS[1], step=3.0)
 
 

@@ -184,7 +184,7 @@ def test_dots_that_do_not_lie_on_spheres_are_interpolated_to_the_byte(change):
     assert found.share == 0
     for value, expected in zip(found[:2], interpolate_surface(points, normals), strict=True):
         assert value.tobytes() == expected.tobytes()
-    with pytest.raises(InputError, match="reconstruction 'spheres' does not suit"):
+    with pytest.raises(InputError, match="reconstruction 'spheres' does"):
         sparsurf.recover(sparsurf.Surface(points, normals), reconstruction="spheres")
 
 
@@ -326,12 +326,12 @@ def test_infer_atoms_names_the_wrong_argument(wrong):
 
 
 def test_infer_atoms_needs_normals():
-    with pytest.raises(InputError, match=r"the pair \(points, normals\)"):
+    with pytest.raises(InputError, match=r"pair \(points, normals\)"):
         sparsurf.infer_atoms(ball(200, 5)[0])
 
 
 def test_infer_atoms_says_why_dots_tell_nothing():
-    with pytest.raises(InputError, match="there are 99, and 100"):
+    with pytest.raises(InputError, match="99, and 100"):
         sparsurf.infer_atoms(*ball(99, 5), probe_radius="auto")
     with pytest.raises(InputError, match="another kind"):
         sparsurf.infer_atoms(*wavy(None, None), probe_radius="auto", radii="auto")

@@ -102,12 +102,12 @@ def test_no_mesh_keeps_a_hole_where_two_fixed_probes_nearly_coincide():
 
 def test_what_cannot_be_is_refused():
     given = shell(), np.full(200, 1.9)
-    with pytest.raises(InputError, match="cavities is 'drop'; it must be keep or remove"):
+    with pytest.raises(InputError, match="cavities is 'drop';"):
         sparsurf.surface(given, cavities="drop")
     dots = sparsurf.surface(given)
     for some in (dots[::-1], dots[:-1]):
         assert some.origin is dots.origin
-        with pytest.raises(InputError, match="x: this Surface is a subset; pass the complete surface"):
+        with pytest.raises(InputError, match="complete surface"):
             some.known_components("x")
     with pytest.raises(InputError, match="the dots are not those of the molecule"):
         sparsurf.components((shell()[:100], np.full(100, 1.9)), replace(dots, origin=None))

@@ -88,9 +88,9 @@ def test_a_linking_distance_needs_dots_closer_by_a_third_and_no_more_than_the_de
         InputError, match=r"below 1.3 times the median distance .* \(1.000 Å\), .* or a larger d_link\.$"
     ):
         refuse_sparse(points, 1.299, "a")
-    with pytest.raises(InputError, match=r"would be fragmented; do this\.$"):
+    with pytest.raises(InputError, match="fragmented; do"):
         refuse_sparse(points, 1.299, "a", "do this")
-    with pytest.raises(InputError, match="a: a single dot has no patch"):
+    with pytest.raises(InputError, match="single dot"):
         refuse_sparse(points[:1], 1.3, "a")
 
 

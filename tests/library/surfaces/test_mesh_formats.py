@@ -55,10 +55,10 @@ def test_trimesh_opens_a_closed_mesh(mesh, tmp_path, name, colours):
 
 def test_without_trimesh_one_sentence_says_what_to_install(mesh, tmp_path, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "trimesh", None)
-    with pytest.raises(InputError, match="run pip install trimesh,"):
+    with pytest.raises(InputError, match="pip install trimesh,"):
         sparsurf.write(mesh, tmp_path / "m.glb")
     assert not list(tmp_path.iterdir())
-    with pytest.raises(InputError, match=r"cannot be written as '\.obj'"):
+    with pytest.raises(InputError, match=r"written as '\.obj'"):
         sparsurf.write(mesh.vertices, tmp_path / "dots.obj")
 
 

@@ -127,28 +127,28 @@ def test_elements_before_the_vertices_are_skipped(tmp_path, order):
     (tmp_path / "a.ply").write_bytes(head + end + rows + body)
     assert read_surface(tmp_path / "a.ply").points.tolist() == POINTS
     (tmp_path / "a.ply").write_bytes(head + end + rows[:-1] + b"\n" * (not order))
-    with pytest.raises(InputError, match="its 2 vertices cannot be read"):
+    with pytest.raises(InputError, match="2 vertices cannot"):
         read_surface(tmp_path / "a.ply")
 
 
 @pytest.mark.parametrize(
     ("content", "words"),
     [
-        (TEXT.replace(" nx\n", " u\n"), "needs one nx of every vertex"),
-        (TEXT.replace(" charge\n", " x\n"), "needs one x of every vertex"),
-        (TEXT.replace("format ascii", "format utf8"), "no PLY file that can be read"),
-        (TEXT.replace("element vertex 2", "element vertex two"), "no PLY file that can be read"),
-        (TEXT.replace("element vertex 2", "element vertex " + 5000 * "9"), "no PLY file that can be read"),
-        (TEXT.replace("property uchar red", "property list uchar int red"), "vertex properties must be scalars"),
-        (TEXT.replace("element vertex 2", "element vertex 3"), "its 3 vertices cannot be read"),
-        (TEXT.replace("element vertex 2", "element vertex 999999999999"), "cut short or damaged"),
+        (TEXT.replace(" nx\n", " u\n"), "every vertex"),
+        (TEXT.replace(" charge\n", " x\n"), "every vertex"),
+        (TEXT.replace("format ascii", "format utf8"), "PLY file"),
+        (TEXT.replace("element vertex 2", "element vertex two"), "PLY file"),
+        (TEXT.replace("element vertex 2", "element vertex " + 5000 * "9"), "PLY file"),
+        (TEXT.replace("property uchar red", "property list uchar int red"), "vertex properties"),
+        (TEXT.replace("element vertex 2", "element vertex 3"), "3 vertices cannot"),
+        (TEXT.replace("element vertex 2", "element vertex 999999999999"), "cut short"),
         (TEXT.replace("element vertex 2", "element vertex 0"), "holds no dots"),
-        (TEXT.replace("3.25", "x.25"), "cut short or damaged"),
+        (TEXT.replace("3.25", "x.25"), "cut short"),
         (TEXT.replace("3.25", "nan"), "NaN"),
-        (TEXT.split("end_header")[0], "cut short or damaged"),
-        (made("<")[:-20], "its 2 vertices cannot be read"),
-        (made(">").split(b"end_header")[0] + b"end_header", "cut short or damaged"),
-        (b"ply", "no PLY file that can be read"),
+        (TEXT.split("end_header")[0], "cut short"),
+        (made("<")[:-20], "2 vertices cannot"),
+        (made(">").split(b"end_header")[0] + b"end_header", "cut short"),
+        (b"ply", "PLY file"),
     ],
 )  # fmt: skip
 def test_a_ply_file_that_cannot_be_read_is_a_sentence(tmp_path, content, words):

@@ -106,7 +106,7 @@ def test_dots_become_a_table_and_an_array():
     assert single.dtype == np.float32 and single.tolist() == dots.points.tolist()
     assert np.shares_memory(np.asarray(dots), dots.points)
     assert not np.shares_memory(np.array(dots, copy=True), dots.points)
-    with pytest.raises(ValueError, match="cannot be float32 without a copy"):
+    with pytest.raises(ValueError, match="float32 without"):
         np.asarray(dots, np.float32, copy=False)
 
 
@@ -135,7 +135,7 @@ def test_labels_of_a_molecule_are_given_to_dots_of_any_of_its_frames(tmp_path):
     dots = molecular_surface(two.xyz[1], np.full(20, 1.7), density=1.0)
     table = dots.to_frame(two)
     assert table["atom_name"].tolist() == two.name[dots.atom].tolist()
-    with pytest.raises(InputError, match="placed on other atoms"):
+    with pytest.raises(InputError, match="other atoms"):
         dots.to_frame(one)
 
 
@@ -148,7 +148,7 @@ def test_half_precision_is_reported_by_the_largest_coordinate(caplog):
 def test_a_field_may_be_unknown_but_not_infinite(blob):
     points, normals = np.zeros((1, 3)), np.array([[0, 0, 1.0]])
     assert np.isnan(Surface(points, normals, fields={"q": [np.nan]}).fields["q"]).all()
-    with pytest.raises(InputError, match="the field q is infinite at a dot"):
+    with pytest.raises(InputError, match="field q"):
         Surface(points, normals, fields={"q": [np.inf]})
     table = pd.DataFrame({"height": blob[0][:, 2]})  # of pandas, too
     assert np.array_equal(Surface(*blob, fields=table).fields["height"], blob[0][:, 2])
@@ -243,7 +243,7 @@ REFUSED = {
 
 def test_a_table_without_rows_holds_no_dots_and_no_wrong_columns(tmp_path, caplog):
     (tmp_path / "head.csv").write_text("x,y,z,nx,ny,nz,weight,probe_radius,radii,model\n")
-    with pytest.raises(InputError, match=r"head\.csv holds no dots"):
+    with pytest.raises(InputError, match=r"head\.csv holds"):
         read_surface(tmp_path / "head.csv")
     assert caplog.text == ""
 
@@ -318,7 +318,7 @@ def test_a_last_number_of_fewer_decimals_than_all_others_is_cut_short(tmp_path, 
     if last != ["0.1234", "0.12"]:  # nine numbers do not tell, nor does a longer one
         assert len(read_surface(written(tmp_path, text, "a.csv"))) == 8 + len(last)
         return
-    with pytest.raises(InputError, match="is cut short: line 11 is not complete"):
+    with pytest.raises(InputError, match="short: line 11"):
         read_surface(written(tmp_path, text, "a.csv"))
 
 
@@ -330,7 +330,7 @@ def test_a_last_row_of_fewer_cells_than_all_others_is_cut_short(tmp_path, end, i
     text = "x,y,z,nx,ny,nz,residue_name\n" + "".join(f"{k},2,3,0,0,1,ALA\n" for k in range(9)) + end
     path = written(tmp_path, text, "a.csv")
     if is_cut:
-        with pytest.raises(InputError, match="is cut short: line 11 is not complete"):
+        with pytest.raises(InputError, match="short: line 11"):
             read_surface(path)
     else:
         assert len(read_surface(path)) == 9 + bool(end)
@@ -356,7 +356,7 @@ def test_dots_of_frames_and_places_of_tables(tmp_path):
     path = written(tmp_path, "x,y,z,nx,ny,nz,frame\n1,2,3,0,0,1,5\n1,2,4,0,0,1,5\n", "a.csv")
     assert len(read_surface(path)) == 2
     path.write_text(path.read_text().replace("4,0,0,1,5", "4,0,0,1,6"))
-    with pytest.raises(InputError, match="holds the dots of 2 frames"):
+    with pytest.raises(InputError, match="2 frames"):
         read_surface(path)
     assert read_points(path).tolist() == [[1, 2, 3], [1, 2, 4]]
     rows = "Z,name,x,y\n3,a,1,2\n9,b,7,8\n3,c,1,2\n"
@@ -449,7 +449,7 @@ def test_a_file_of_a_user_is_judged_and_a_result_of_a_study_is_read_as_it_is(tmp
         dots.points / 10, dots.normals, np.full(len(dots), 9.0), fields={"charge": np.arange(len(dots))}
     )
     write_npz(tmp_path / "nm.npz", surface)
-    with pytest.raises(InputError, match=r"lengths seem to be in nm; convert them to Å"):
+    with pytest.raises(InputError, match="them to Å"):
         read_surface(tmp_path / "nm.npz")
     again = read_npz(tmp_path / "nm.npz")
     np.testing.assert_array_equal(again.points, surface.points)
@@ -539,7 +539,7 @@ def test_dms_needs_atoms_and_kinds_and_areas_do_not_touch_the_types(tmp_path):
         write_dms(tmp_path / "a.dms", Surface(np.eye(3), np.eye(3)), ["GLU"], ["1"], ["N"], np.zeros((1, 3)))
     for kind, atom in (([0, 0, 0], [0, 0, 1]), ([0, -1, 0], [0, 0, 0]), ([0, 0, 0], [0, -1, 0])):
         one = Surface(np.eye(3), np.eye(3), kind=kind, atom=atom)
-        with pytest.raises(InputError, match="needs the atom and the kind of every dot"):
+        with pytest.raises(InputError, match="every dot"):
             write_dms(tmp_path / "a.dms", one, ["GLU"], ["1"], ["N"], np.zeros((1, 3)))
     for area in (np.full(3, np.nan), np.array([99.999, 100.0, 12345.678])):
         dots = Surface(np.eye(3), np.eye(3), area, kind=[0, 1, 2], atom=[0, 0, 0])
@@ -586,7 +586,7 @@ def test_a_file_that_unpacks_beyond_the_limit_is_refused(tmp_path, monkeypatch, 
     else:
         written(tmp_path, gzip.compress(bytes(10**6)) if name.endswith("gz") else bytes(10**6), name)
     monkeypatch.setattr("sparsurf.files.MAX_UNPACKED_BYTES", 2**17)
-    with pytest.raises(InputError, match="more than 0 MB"):
+    with pytest.raises(InputError, match="0 MB"):
         read_surface(path)
 
 
@@ -612,7 +612,7 @@ def test_areas_of_dots_that_stand_for_several_are_not_compared_with_their_spacin
     points, normals = make_blob(300)
     dots = Surface(points, normals, np.full(300, 100.0), np.zeros(300), np.zeros(300))
     write_dms(tmp_path / "a.dms", dots, ["GLU"], ["1"], ["N"], np.zeros((1, 3)))
-    with pytest.raises(InputError, match="times as large as the spacing of its dots implies"):
+    with pytest.raises(InputError, match="dots implies"):
         read_surface(tmp_path / "a.dms")
     np.savez(tmp_path / "few.npz", **{name: getattr(dots, name) for name in FIELDS}, weight=dots.area)
     assert read_surface(tmp_path / "few.npz").area.sum() == 30_000

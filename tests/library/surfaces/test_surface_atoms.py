@@ -91,7 +91,7 @@ def test_larger_probes_have_their_surface_on_the_same_atoms(few, molecule):
     for probe in (1.8, 4.0):
         placed = [sparsurf.surface(each, probe_radius=probe, density=3.0) for each in (few, molecule)]
         assert is_same_surface(*placed)
-    with pytest.raises(InputError, match=r"chosen for a probe of 1.4 Å .* surface of a smaller probe"):
+    with pytest.raises(InputError, match=r"1.4 Å .*"):
         sparsurf.surface(few, probe_radius=1.2)
 
 
@@ -109,7 +109,7 @@ def test_without_cavities_their_walls_are_left_out():
         # the dots of narrow saddles, and all areas, also depend on dots that are removed
         first, second = (cKDTree(dots.points[dots.kind != 1]) for dots in placed)
         assert first.n == second.n and first.query(second.data)[0].max() < EXACT
-    with pytest.raises(InputError, match="without the walls of cavities; pass cavities='remove'"):
+    with pytest.raises(InputError, match="cavities; pass cavities='remove'"):
         sparsurf.surface(removed)
 
 
@@ -123,7 +123,7 @@ def test_the_dots_of_the_atoms_carry_the_molecule(few, molecule):
     assert len(sparsurf.recover(few, density=3.0)) == len(sparsurf.surface(few, density=3.0))
     assert "roughest residues" in sparsurf.show(few, open_browser=False).html
     assert few.to_frame()["residue_name"].tolist() == molecule.residue_name[few.atom].tolist()
-    with pytest.raises(InputError, match="reach, steps and reconstruction are about dots"):
+    with pytest.raises(InputError, match="reach, steps"):
         sparsurf.recover(few, reconstruction="interpolant")
 
 
@@ -133,7 +133,7 @@ def test_a_frame_and_a_selection_choose_the_atoms(tmp_path):
     first, second = (sparsurf.surface_atoms(molecule, frame=frame) for frame in range(2))
     assert np.array_equal(second.centres, molecule.xyz[1][second.atom].round(3))
     assert first.atom.tolist() != second.atom.tolist() and second.frame == 1
-    with pytest.raises(InputError, match="there is no frame 9"):
+    with pytest.raises(InputError, match="frame 9"):
         sparsurf.surface_atoms(molecule, frame=9)
     name = tmp_path / "few.xyzr"
     assert (
@@ -150,7 +150,7 @@ def test_a_frame_and_a_selection_choose_the_atoms(tmp_path):
 def test_files_hold_the_same_atoms_and_say_their_probe(few, tmp_path, suffix):
     path = tmp_path / f"few{suffix}"
     few.write(path)
-    assert "Probe radius 1.4 A, radii dms, walls of cavities kept." in path.read_text()
+    assert "Probe radius 1.4" in path.read_text()
     assert is_same_surface(sparsurf.surface(path, density=4.0), sparsurf.surface(few, density=4.0))
     if suffix == ".pdb":
         assert np.array_equal(sparsurf.read_molecule(path).b_factor, few.radii)
@@ -207,11 +207,11 @@ def test_a_lattice_in_special_position_is_determined_or_said_not_to_be(caplog):
     ("source", "options", "sentence"),
     [
         (ONE, {"probe_radius": 0}, "probe_radius is 0; it must be a number, more than 1e-06 and at most 10"),
-        (ONE, {"cavities": "drop"}, "cavities is 'drop'; it must be keep or remove"),
-        (ONE, {"plugs": 1}, "plugs is 1; it must be True or False"),
-        (ONE, {"frame": 1}, "there is no frame 1"),
+        (ONE, {"cavities": "drop"}, "cavities is 'drop';"),
+        (ONE, {"plugs": 1}, "plugs is 1;"),
+        (ONE, {"frame": 1}, "frame 1"),
         (([], []), {}, "surface: needs"),
-        ("dots", {}, "dots hold no atoms; give the molecule that they lie on"),
+        ("dots", {}, "dots hold"),
     ],
 )
 def test_what_cannot_be_is_refused(source, options, sentence):
@@ -228,5 +228,5 @@ def test_the_command_says_what_it_found(tmp_path, capsys):
     assert f"{n} of {n} atoms" in said and "0 plugs" in said and "The surface is the same" in said
     sparsurf.surface(tmp_path / "small.pdb").write(tmp_path / "dots.csv")
     assert command.main(["atoms", str(tmp_path / "dots.csv"), "-o", str(tmp_path / "x.pdb")]) == 1
-    assert "holds dots, and dots hold no atoms" in capsys.readouterr().err
+    assert "holds dots" in capsys.readouterr().err
     assert not (tmp_path / "x.pdb").exists()

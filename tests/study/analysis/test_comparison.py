@@ -201,10 +201,8 @@ def test_one_warning_per_surface(prepared, caplog):
     (record,) = [r.getMessage() for r in caplog.records]
     left = measure_matrix(table, "median patch size kept")
     assert (left[10.0 if 10.0 in left else 10] < 50).all() and (left[90] > 50).all()
-    assert record.startswith(
-        "blob/c1: some subsets are fragmented, which dominates their Z: under kept, those of "
-    )
-    assert record.endswith("those of uniform, poisson, farthest at 10 %")
+    assert record.startswith("blob/c1: some subsets")
+    assert record.endswith("at 10 %")
 
 
 def test_fragments_are_named_by_their_reading_and_size(caplog):
@@ -259,7 +257,7 @@ def test_a_sampler_may_read_the_fields_of_atoms(study, tmp_path, monkeypatch, ha
     params["evaluation"] = {"test_dots": 5, "draws": 1, "readings": ["kept", "full"]}
     place = {"protein": "p", "conformation": "c1"}
     if not has_atoms:
-        with pytest.raises(InputError, match="the sampler 'curved': fields: these dots carry no molecule"):
+        with pytest.raises(InputError, match="sampler 'curved': fields:"):
             run_script("compare_samplers", tmp_path, inputs, outputs, params, **place)
         return
     run_script("compare_samplers", tmp_path, inputs, outputs, params, **place)

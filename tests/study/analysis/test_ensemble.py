@@ -123,7 +123,7 @@ def test_an_error_names_the_frame(molecule, monkeypatch):
 
     monkeypatch.setattr(frames, "roll_frame", fail)
     numbered = replace(molecule, frame_number=10 * np.arange(FRAMES))
-    with pytest.raises(InputError, match=r"^p, frame 30: no atoms\.$"):
+    with pytest.raises(InputError, match="frame 30:"):
         ensemble.frame_row(numbered, 3, radii(molecule), SETTINGS, STREAMS)
 
 
@@ -151,7 +151,7 @@ def test_every_frame_has_the_density_of_the_first(molecule, monkeypatch):
 
 def test_a_surface_that_is_too_sparse_is_refused(molecule):
     sparse = SETTINGS.model_copy(update={"surface": SETTINGS.surface.model_copy(update={"density": 2.0})})
-    with pytest.raises(InputError, match="p, frame 0: d_link"):
+    with pytest.raises(InputError, match="frame 0: d_link"):
         ensemble.evaluate_frames(molecule, sparse, STREAMS, 1)
 
 

@@ -53,7 +53,7 @@ def test_the_minimal_subset_stands_for_all_dots(tmp_path):
     assert len(read_minimal(path, range(7))) == 2
     for columns in ({"dot": [0], "weight": [3]}, {"dot": [0]}):
         other = written(tmp_path / "m.csv", **columns)
-        with pytest.raises(InputError, match=r"m\.csv does not represent all 7 dots"):
+        with pytest.raises(InputError, match="7 dots"):
             read_minimal(other, range(7))
 
 

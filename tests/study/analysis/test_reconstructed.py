@@ -30,7 +30,5 @@ def test_a_damaged_file_is_refused(path, damage):
         path.write_bytes(path.read_bytes()[:-100])
     if damage == "without distances":
         np.savez(path, points=POINTS, normals=NORMALS)
-    with pytest.raises(
-        InputError, match=r"reconstructed\.npz is damaged: delete it and run the study again\.$"
-    ):
+    with pytest.raises(InputError, match="damaged: delete"):
         read_reconstructed(path, 4 if damage == "of another surface" else 5)

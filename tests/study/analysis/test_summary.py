@@ -387,5 +387,5 @@ def test_a_folder_holds_what_was_made_of_its_conformation(tmp_path):
     with pytest.raises(InputError, match=r"grid\.csv has 11 rows for 12 combinations"):
         summary.read_result(folder)
     (folder / "best.json").unlink()
-    with pytest.raises(InputError, match="c1 lacks results of its conformation"):
+    with pytest.raises(InputError, match="c1 lacks results"):
         summary.read_result(folder)

@@ -54,6 +54,6 @@ def test_centres_follow_the_config():
         pdist(points[selected(n_dots=50, sampler=sampler)]).min() for sampler in ("farthest", "uniform")
     ]
     assert spacing[0] > 2 * spacing[1]
-    with pytest.raises(InputError, match=r"there is no sampler 'fathest'") as told:
+    with pytest.raises(InputError, match="sampler 'fathest'") as told:
         selected(n_dots=50, sampler="fathest")
     assert told.value.arguments == ("complementarity.centres.sampler",)

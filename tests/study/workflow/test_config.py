@@ -49,7 +49,7 @@ def test_a_config_without_proteins_changes_the_default_study(tmp_path, monkeypat
     given = {"minimal": {"n_dots": 100}, "evaluation": {"draws": 2}}
     assert check_config({}) == check_config(DEFAULT)
     monkeypatch.chdir(tmp_path)  # whose folder has no config.yaml
-    refuse(given, "the config lacks the key 'proteins'")
+    refuse(given, "key 'proteins'")
     whole = check_config(given, home=ROOT)
     assert whole["minimal"]["n_dots"] == 100 and whole["evaluation"]["test_dots"] == 200
     assert whole["proteins"]["tdp43"]["structure"] == str(ROOT / "data" / "tdp43" / "topology.pdb")
@@ -242,9 +242,7 @@ def test_a_field_may_be_a_column_of_every_table(tmp_path, monkeypatch):
     score = registry.Choice(lambda molecule, points: ..., "s", package="mine 1.0")
     monkeypatch.setitem(registry._registered["field"], "score", score)
     monkeypatch.setattr(registry, "_plugins_in_use", {})
-    with pytest.raises(
-        InputError, match=r"a field of mine 1\.0 and also a column of proteins\.a\.table; rename"
-    ):
+    with pytest.raises(InputError, match=r"mine 1\.0"):
         check_config(of_a | {"fields": ["score"]})
 
 
@@ -311,7 +309,7 @@ def test_forms_that_the_structures_lack_are_named_before_any_job():
 )
 def test_a_study_of_which_everything_is_excluded_is_refused(proteins, keys, left_out, kept):
     config = {"proteins": {name: FORMS[name] for name in proteins}} | keys
-    refuse(config | {"exclude": left_out}, "exclude leaves nothing to study; keep at least one")
+    refuse(config | {"exclude": left_out}, "exclude leaves nothing")
     assert [*check_config(config | {"exclude": kept})["exclude"]] == kept
 
 
@@ -361,7 +359,7 @@ def test_what_needs_an_excluded_protein_is_excluded_too():
     assert check_config(both | {"exclude": {"a/c2": "", "b/f0": ""}})
     refuse(
         both | {"exclude": {"b/f0000": "", "changes/s": "", "changes/t": ""}, "frames": {"selection": "all"}},
-        "exclude: pairs/ab needs 'b'",
+        "pairs/ab needs 'b'",
     )
 
 
@@ -519,7 +517,7 @@ def test_no_file_or_folder_of_a_run_can_be_the_name_of_a_protein(study):
     names = {path.name for path in (study / "results" / "small").glob("[!.]*")} - own.keys()
     assert len(names) > 20
     for name in names:
-        refuse({"proteins": {name: DEFAULT["proteins"]["tdp43"]}}, "is a file or folder of the study itself")
+        refuse({"proteins": {name: DEFAULT["proteins"]["tdp43"]}}, "study itself")
 
 
 @pytest.mark.parametrize(
@@ -609,7 +607,7 @@ def test_structures_come_by_id_from_a_folder_where_it_is_named(tmp_path, monkeyp
     for wrong in (45.3, ["1abc"], None):
         refuse({"proteins": {"a": {"pdb": wrong}}}, r"proteins.a.pdb is .*, but must be a string")
     monkeypatch.setenv("SPARSURF_STRUCTURES", str(tmp_path / "none"))
-    refuse({"proteins": listed}, r"SPARSURF_STRUCTURES is '.*none', but there is no such folder")
+    refuse({"proteins": listed}, "SPARSURF_STRUCTURES is '.*none',")
 
 
 @pytest.mark.parametrize("name", ["dots.csv.gz", "dots.PLY"])

@@ -75,13 +75,13 @@ def test_a_debugger_stops_in_the_script_and_the_outputs_are_those_of_the_job(fol
     [
         (
             "results/own/p/c2x/grid.csv",
-            "No rule of this study writes results/own/p/c2x/grid.csv; check the path",
+            "study writes results/own/p/c2x/grid.csv",
         ),
         (
             "results/own/p/.complete",
-            "is not written by the script of a rule; name a file that a script writes",
+            "script writes",
         ),
-        ("results/own/p/c1/minimal.csv", "is made from results/own/p/c1/roughness.csv, which does not exist"),
+        ("results/own/p/c1/minimal.csv", "made from results/own/p/c1/roughness.csv"),
         ("results/own/surfaces.csv", "results/own/q"),  # whose conformations are not chosen yet
     ],
 )
@@ -95,7 +95,7 @@ def test_an_output_that_cannot_be_made_is_refused_in_a_sentence(folder, output, 
     ("output", "words"),
     [
         ("results/own/q/f7/roughness.csv", "q has no conformation f7; it has f07, f12"),
-        ("results/own/surfaces.csv", "conformations in results/own/q/frames.csv, which are chosen again"),
+        ("results/own/surfaces.csv", "conformations in results/own/q/frames.csv"),
     ],
 )
 def test_conformations_are_those_of_the_table_of_frames(folder, output, words):

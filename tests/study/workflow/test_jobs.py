@@ -93,7 +93,7 @@ def test_a_job_that_is_stopped_leaves_no_folder_and_says_so(snakemake, tmp_path,
 def test_a_summary_of_conformations_that_are_all_excluded_is_refused(tmp_path, job):
     """As is known only when their frames are chosen."""
     inputs = {"surfaces": [], "tables": []}
-    with pytest.raises(InputError, match="exclude leaves no conformation; keep one, or exclude the proteins"):
+    with pytest.raises(InputError, match="exclude leaves"):
         run_script(job, tmp_path, inputs, {"table": "t.csv"}, {"sampled": [], "exclude": []})
 
 

