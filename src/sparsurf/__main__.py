@@ -2,6 +2,7 @@
 
 import signal
 import sys
+from typing import NoReturn
 
 
 def main() -> int:
@@ -15,5 +16,13 @@ def main() -> int:
         return 128 + signal.SIGINT  # as shells count
 
 
+def run() -> NoReturn:
+    """Run the command line in a process of its own, which then ends at once."""
+    code = main()
+    from sparsurf.garbage_collection import end_process  # here: an interrupt may come while modules load
+
+    end_process(code)
+
+
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main())  # not at once: `runpy` may run this module in the process of another program

@@ -47,6 +47,7 @@ MAX_ACCESSIBLE_AREA = {
 }  # fmt: skip
 MAIN_CHAIN = ("N", "CA", "C", "O", "OXT", "OT1", "OT2", "P", "OP1", "OP2", "OP3", "O1P", "O2P", "O3P")
 POLAR_ELEMENTS = ("N", "O")
+MAX_PAIRS_IN_TABLE = 2_000_000  # of atoms: for more a tree takes less time, its import included
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,12 +94,7 @@ class Areas:
 
         Spheres have only their number, from 0, and the first two areas.
         """
-        import pandas as pd  # here: it takes long to load
-
-        numbers = np.arange(len(self))
-        if self.molecule is None:
-            return pd.DataFrame({"atom": numbers, "accessible": self.accessible, "excluded": self.excluded})
-        return pd.DataFrame(self.molecule.label_columns(numbers) | self._areas)
+        return _frame(self.columns("atoms"))
 
     @cached_property
     def residues(self) -> pd.DataFrame:
@@ -110,20 +106,17 @@ class Areas:
         hydrogens count as the atom that they are bonded to. `share_buried` is the share that other partners bury of the area
         without them.
         """
-        molecule, _ = self._known("residues")
-        table = molecule.residues.assign(**self._sums(molecule.residue_index))
-        table.insert(5, "relative", table["accessible"] / maximal_areas(table["residue_name"].to_numpy(str)))
-        return table.assign(share_buried=table["buried"] / (table["accessible"] + table["buried"]))
+        return _frame(self.columns("residues"))
 
     @cached_property
     def chains(self) -> pd.DataFrame:
         """Table of chains of polymers, and of each ligand by itself: chain, and the areas of `residues`."""
-        return self._table_of("chain", partners_of_atoms(self._known("chains")[0]))
+        return _frame(self.columns("chains"))
 
     @cached_property
     def groups(self) -> pd.DataFrame:
         """Table of groups, by default those of `chains`: group, and the areas of `residues`."""
-        return self._table_of("group", self._known("groups")[1])
+        return _frame(self.columns("groups"))
 
     @cached_property
     def contacts(self) -> pd.DataFrame:
@@ -133,13 +126,7 @@ class Areas:
         their nearest atoms. Pairs that bury nothing are left out. All ligands of a path are partners here, although all other
         areas are those without them; of a Molecule, those that it has.
         """
-        molecule, partners = self._known("contacts")
-        if self.with_ligands is not None:
-            with no_warnings():  # of what the first reading told
-                whole = self.with_ligands()
-            molecule = without_overlaps(whole, self.frame)
-            partners = partners_of_atoms(molecule)
-        return table_of_contacts(molecule, self.frame, partners, *self._contacts(molecule, partners))
+        return _frame(self.columns("contacts"))
 
     @cached_property
     def pairs(self) -> pd.DataFrame:
@@ -147,8 +134,44 @@ class Areas:
 
         Each pair has two rows, one for each of the two; pairs that bury nothing are left out.
         """
-        import pandas as pd
+        return _frame(self.columns("pairs"))
 
+    def columns(self, table: str) -> dict[str, np.ndarray]:
+        """Return the columns of the table of this name, such as 'residues', by their names: NumPy arrays of one length."""
+        columns: dict[str, np.ndarray] = getattr(self, f"_columns_of_{table}")()
+        return columns
+
+    def _columns_of_atoms(self) -> dict[str, np.ndarray]:
+        numbers = np.arange(len(self))
+        if self.molecule is None:
+            return {"atom": numbers, "accessible": self.accessible, "excluded": self.excluded}
+        return self.molecule.label_columns(numbers) | self._areas
+
+    def _columns_of_residues(self) -> dict[str, np.ndarray]:
+        molecule, _ = self._known("residues")
+        labels, sums = molecule.residue_columns(), self._sums(molecule.residue_index)
+        relative = sums["accessible"] / maximal_areas(labels["residue_name"])
+        first = {name: sums.pop(name) for name in ("accessible", "excluded")}
+        with np.errstate(invalid="ignore"):
+            share = sums["buried"] / (first["accessible"] + sums["buried"])
+        return labels | first | {"relative": relative} | sums | {"share_buried": share}
+
+    def _columns_of_chains(self) -> dict[str, np.ndarray]:
+        return self._sums_of("chain", partners_of_atoms(self._known("chains")[0]))
+
+    def _columns_of_groups(self) -> dict[str, np.ndarray]:
+        return self._sums_of("group", self._known("groups")[1])
+
+    def _columns_of_contacts(self) -> dict[str, np.ndarray]:
+        molecule, partners = self._known("contacts")
+        if self.with_ligands is not None:
+            with no_warnings():  # of what the first reading told
+                whole = self.with_ligands()
+            molecule = without_overlaps(whole, self.frame)
+            partners = partners_of_atoms(molecule)
+        return columns_of_contacts(molecule, self.frame, partners, *self._contacts(molecule, partners))
+
+    def _columns_of_pairs(self) -> dict[str, np.ndarray]:
         molecule, partners = self._known("pairs")
         atom, other, buried = self._contacts(molecule, partners)
         names, n = np.array(partners.names), len(partners.names)
@@ -157,7 +180,7 @@ class Areas:
         listed = sorted(np.flatnonzero(sums).tolist(), key=lambda k: (*sorted(divmod(k, n)), k))
         first, second = np.divmod(np.array(listed, int), n)
         column = "group" if self.has_groups else "chain"
-        return pd.DataFrame({column: names[first], "other": names[second], "buried": sums[listed]})
+        return {column: names[first], "other": names[second], "buried": sums[listed]}
 
     def _contacts(self, molecule: Molecule, partners: Partners) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return atoms, the partners that bury some of their area, and that area."""
@@ -175,11 +198,9 @@ class Areas:
         parts = {name: mask * self.accessible for name, mask in parts.items()}
         return {name: np.bincount(groups, values) for name, values in (self._areas | parts).items()}
 
-    def _table_of(self, name: str, partners: Partners) -> pd.DataFrame:
-        """Return the sums of the areas over the atoms of each partner."""
-        import pandas as pd
-
-        return pd.DataFrame({name: partners.names} | self._sums(partners.number))
+    def _sums_of(self, name: str, partners: Partners) -> dict[str, np.ndarray]:
+        """Return the names of partners, and the sums of the areas over the atoms of each."""
+        return {name: np.array(partners.names)} | self._sums(partners.number)
 
     def _known(self, table: str) -> tuple[Molecule, Partners]:
         """Return the molecule and its partners; raise InputError for spheres, which have no table of residues and chains."""
@@ -267,12 +288,9 @@ def parts_of_residues(molecule: Molecule, frame: int) -> dict[str, np.ndarray]:
     """Return masks (A,) of atoms of main chains and side chains, polar and apolar; hydrogens are as what they bind to."""
     bound = np.arange(molecule.n_atoms)
     if not molecule.heavy.all():
-        from scipy.spatial import cKDTree  # here: most structures have no hydrogens
-
         heavy = np.flatnonzero(molecule.heavy)
-        bound[~molecule.heavy] = heavy[
-            cKDTree(molecule.xyz[frame][heavy]).query(molecule.xyz[frame][~molecule.heavy])[1]
-        ]
+        xyz = molecule.xyz[frame]
+        bound[~molecule.heavy] = heavy[nearest(xyz[heavy], xyz[~molecule.heavy])]
     name = molecule.name[bound].astype(str)
     of_sugar = (molecule.kind == "nucleic") & (np.char.endswith(name, "'") | np.char.endswith(name, "*"))
     polymer = np.isin(molecule.kind, POLYMERS)
@@ -281,15 +299,32 @@ def parts_of_residues(molecule: Molecule, frame: int) -> dict[str, np.ndarray]:
     return {"main_chain": main_chain, "side_chain": polymer & ~main_chain, "polar": polar, "apolar": ~polar}
 
 
-def table_of_contacts(
+def nearest(points: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Return which of the points (N, 3) is nearest to each place (M, 3), (M,); few points need no scipy, which loads slowly."""
+    if len(points) * len(places) > MAX_PAIRS_IN_TABLE:
+        from scipy.spatial import cKDTree
+
+        return np.asarray(cKDTree(points).query(places)[1])
+    squared = sum((places[:, None, k] - points[:, k]) ** 2 for k in range(3))
+    return np.asarray(squared).argmin(axis=1)
+
+
+def _frame(columns: dict[str, np.ndarray]) -> pd.DataFrame:
+    """Return columns as a DataFrame."""
+    import pandas as pd  # here: it takes long to load
+
+    return pd.DataFrame(columns)
+
+
+def columns_of_contacts(
     molecule: Molecule,
     frame: int,
     partners: Partners,
     atom: np.ndarray,
     partner: np.ndarray,
     buried: np.ndarray,
-) -> pd.DataFrame:
-    """Return the table of contacts of atoms (n,) with partners (n,), summed by residue, with the distance of nearest atoms, Å."""
+) -> dict[str, np.ndarray]:
+    """Return the columns of contacts of atoms (n,) with partners (n,), summed by residue, with the least distance, Å."""
     from scipy.spatial import cKDTree  # here: it takes a quarter of a second to load
 
     n, xyz = len(partners.names), molecule.xyz[frame]
@@ -301,8 +336,9 @@ def table_of_contacts(
     distance = [
         np.min(trees[k].query(atoms[row])[0]) for row, k in zip(residue.tolist(), other.tolist(), strict=True)
     ]
-    table = molecule.residues.iloc[residue].reset_index(drop=True)
-    return table.assign(partner=np.array(partners.names)[other], buried=sums[listed], distance=distance)
+    labels = {name: column[residue] for name, column in molecule.residue_columns().items()}
+    names = np.array(partners.names)[other]
+    return labels | {"partner": names, "buried": sums[listed], "distance": np.array(distance, float)}
 
 
 def contacts_over_frames(

@@ -32,7 +32,7 @@ from sparsurf.molecules.pdb import pdb_b_factor
 from sparsurf.suggestions import public
 from sparsurf.surfaces.chosen_points import NamedPoints, Points
 from sparsurf.surfaces.formats.colours import KIND_COLOURS, Scale, check_limits, scale_of
-from sparsurf.surfaces.formats.csv import write_csv
+from sparsurf.surfaces.formats.csv import TABLE_FORMAT, write_csv
 from sparsurf.surfaces.formats.dms import write_dms
 from sparsurf.surfaces.formats.meshes import BY_TRIMESH, import_trimesh, write_by_trimesh, write_vtp
 from sparsurf.surfaces.formats.msms import Header, write_faces, write_vertices
@@ -366,7 +366,7 @@ def mesh_dots(mesh: Mesh) -> DotsToWrite:
 
 def write_table(
     output: str | Path,
-    table: pd.DataFrame,
+    table: pd.DataFrame | Mapping[str, np.ndarray],
     arrays: Mapping[str, Any] | None = None,
     about: About = About(),  # noqa: B008, frozen
     surface: Surface | None = None,
@@ -375,24 +375,35 @@ def write_table(
     molecule: Molecule | None = None,
     frame: int = 0,
 ) -> None:
-    """Write a DataFrame as CSV, or arrays by name (by default its columns) as npz; a named index is a column.
+    """Write a DataFrame or columns by name as CSV, or arrays by name (by default its columns) as npz; a named index is a column.
 
     Residues can also be written as a page or a picture of their profile; `about` says what the page does besides, and
     `surface` are the dots that they were measured on. A `column` is written as the B factors of a frame of the molecule.
     """
     if column is not None or ends_in(output, OF_COLUMN):
-        _write_column(output, table, column, molecule, frame)
+        _write_column(output, _frame(table), column, molecule, frame)
         return
-    table = table.reset_index() if table.index.name else table
+
+    def csv(path: Path) -> None:
+        if isinstance(table, Mapping):
+            write_csv(path, table, form=TABLE_FORMAT)
+        else:
+            table.to_csv(path, index=False, float_format=TABLE_FORMAT)
+
+    table = table if isinstance(table, Mapping) or not table.index.name else table.reset_index()
     columns = {str(name): column for name, column in table.items()} if arrays is None else arrays
-    writers: dict[str, Callable[[Path], Any]] = {
-        ".csv": lambda path: table.to_csv(path, index=False, float_format="%.10g"),
-        ".npz": lambda path: _npz(path, columns),
-    }
+    writers: dict[str, Callable[[Path], Any]] = {".csv": csv, ".npz": lambda path: _npz(path, columns)}
     writers |= dict.fromkeys(
-        PAGE_FORMATS, lambda path: _write_profile(path, table, about, surface, str(output))
+        PAGE_FORMATS, lambda path: _write_profile(path, _frame(table), about, surface, str(output))
     )
     write_file(output, writers)
+
+
+def _frame(table: pd.DataFrame | Mapping[str, np.ndarray]) -> pd.DataFrame:
+    """Return a table, or its columns by name, as a DataFrame."""
+    import pandas as pd  # here: it takes long to load
+
+    return pd.DataFrame(table)
 
 
 def _write_column(

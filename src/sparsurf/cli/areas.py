@@ -75,7 +75,7 @@ def run(args: argparse.Namespace) -> None:
     writing.write_table(
         args.output, table, column=args.column, molecule=computed.molecule, frame=computed.frame
     )
-    message = pluralise(len(table), "row", separator=",")
+    message = pluralise(len(next(iter(table.values()))), "row", separator=",")
     if args.of == "contacts":
         message += (
             f", of which {(table['buried'] >= TOUCHED_AREA).sum():,} touch, by {TOUCHED_AREA:g} Å^2 or more"
@@ -91,7 +91,7 @@ def run(args: argparse.Namespace) -> None:
 
 
 def _computed(args: argparse.Namespace) -> tuple[Any, Any]:
-    """Return the table of FILE, and its areas."""
+    """Return the columns of the table of FILE, and its areas."""
     from sparsurf.api.areas import areas, without_overlaps  # here: wrong arguments need no kernels
 
     rules = options.placement_options(args)
@@ -105,9 +105,10 @@ def _computed(args: argparse.Namespace) -> tuple[Any, Any]:
     if with_ligands:
         source = without_overlaps(source, args.frame or 0)
     computed = areas(source, groups=args.groups, **rules, **of_molecule)
-    table = getattr(computed, args.of or ("residues" if of_molecule else "atoms"))
+    table = computed.columns(args.of or ("residues" if of_molecule else "atoms"))
     if args.residues is not None and computed.molecule is not None:
         atoms = options.requested_atoms(args, computed.molecule)
         chosen = {*zip(computed.molecule.chain[atoms], computed.molecule.residue[atoms], strict=True)}
-        table = table[[label in chosen for label in zip(table["chain"], table["residue"], strict=True)]]
+        rows = [label in chosen for label in zip(table["chain"], table["residue"], strict=True)]
+        table = {name: column[rows] for name, column in table.items()}
     return table, computed

@@ -47,6 +47,8 @@ def written(
     outputs.check(args, formats if is_one else registry.suffixes("frames"))
     if is_one:
         return False
+    import pandas as pd
+
     from sparsurf.api.field_values import refuse_maps  # here, as below: a missing file needs no numba
     from sparsurf.api.folders import ResultsOfFolder
 
@@ -59,7 +61,7 @@ def written(
     def table_of(path: Path) -> Any:
         """Return the table of one structure."""
         result = compute(argparse.Namespace(**arguments, file=str(path), quiet=True))
-        return result.to_frame() if hasattr(result, "to_frame") else result[0]
+        return result.to_frame() if hasattr(result, "to_frame") else pd.DataFrame(result[0])
 
     results = ResultsOfFolder(files, table_of, args.jobs)
     rows = results.write(args.output, sorted(arguments.items()), fields)

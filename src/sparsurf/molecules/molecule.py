@@ -94,9 +94,12 @@ class Molecule(Shown):
         """DataFrame with chain, residue and residue_name of every residue; a new one at each call."""
         import pandas as pd  # here: it takes long to load
 
+        return pd.DataFrame(self.residue_columns())
+
+    def residue_columns(self) -> dict[str, np.ndarray]:
+        """Return the columns of `residues` by name."""
         first = first_atoms(self.residue_index)
-        columns = ("chain", "residue", "residue_name")
-        return pd.DataFrame({name: getattr(self, name)[first] for name in columns})
+        return {name: getattr(self, name)[first] for name in ("chain", "residue", "residue_name")}
 
     def residue_label(self, atom: int) -> str:
         """Return the label of an atom's residue, as 'GLU 209 A'."""

@@ -55,6 +55,8 @@ LARGE = (
     "numba.np.arraymath",
 )
 MAY_LOAD = {
+    "areas p.pdb -o x.csv": "",
+    "areas p.pdb --residues 2 --of atoms -o x.csv": "",
     "points p.pdb -n 20 -o x.npz": "",
     "points p.pdb -n 20 -o x.ply": "",
     "surface p.pdb -o x.npz": "",
@@ -110,3 +112,23 @@ sys.exit(main())
 """
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert (run.returncode, run.stderr) == (130, "sparsurf: interrupted\n")
+
+
+END = "import sys\nfrom sparsurf.__main__ import main, run\n"
+
+
+@pytest.mark.parametrize("output", ["-", "/dev/full", "x.csv", "x.unknown"])
+@pytest.mark.parametrize("stream", [None, "/dev/full", "closed"])
+def test_the_command_that_ends_early_has_written_all(tmp_path, output, stream):
+    """It ends as a process does that takes its memory apart: with all it wrote, its code and its errors."""
+    (tmp_path / "p.pdb").write_text(peptide(["ALA", "GLY", "SER"]) + "END\n")
+    ends = []
+    for end in ("run()", "sys.exit(main())"):
+        call = [sys.executable, "-c", END + end, "areas", "p.pdb", "-q", "-o", output]
+        with open(stream if stream == "/dev/full" else tmp_path / "stdout", "w+b") as out:
+            closing = "import os, sys; os.close(1); os.execv(sys.argv[1], sys.argv[1:])"
+            call = [sys.executable, "-c", closing, *call] if stream == "closed" else call
+            run = subprocess.run(call, cwd=tmp_path, stdout=out, stderr=subprocess.PIPE, check=False)
+        files = [file.read_bytes() for file in sorted(tmp_path.iterdir())]
+        ends.append((run.returncode, run.stderr, files))
+    assert ends[0] == ends[1]
