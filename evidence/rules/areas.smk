@@ -1,6 +1,7 @@
-# docs/partners.md: accessible and excluded areas beside those of other programs.
+# docs/partners.md: areas beside those of other programs; docs/reference/tables.md: triangles beside theirs.
 
 AREAS = config["areas"]["structures"]
+MESHES = config["meshes"]["structures"]
 
 
 rule measure_areas:
@@ -17,5 +18,24 @@ rule measure_areas:
         structures={name: structure_file(name) for name in AREAS},
     message:
         "Areas of atoms beside those of other programs"
+    script:
+        "../measure.py"
+
+
+rule measure_meshes:
+    input:
+        structures=ancient([structure_file(name) for name in MESHES]),
+    output:
+        table=f"{TABLES}/meshes.csv",
+        means=f"{TABLES}/meshes_means.csv",
+    log:
+        f"{RESULTS}/logs/measure_meshes.log",
+    conda:
+        "../../envs/evidence.yaml"
+    params:
+        structures={name: structure_file(name) for name in MESHES},
+        settings=config["meshes"]["settings"],
+    message:
+        "Triangles beside those of other programs"
     script:
         "../measure.py"
