@@ -48,6 +48,7 @@ class About:
     model : number of the only model of the file that was read, if it was chosen
     command : the command, or the call, that made the page
     notes : further sentences
+    answer : the sentence that the page begins with, where something was asked of the surface
     is_dated : whether the page says its date; the pages of a study follow from its inputs alone
     """
 
@@ -63,6 +64,7 @@ class About:
     model: int | None = None
     command: str = ""
     notes: Sequence[str] = ()
+    answer: str = ""
     is_dated: bool = True
 
 

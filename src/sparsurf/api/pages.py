@@ -18,6 +18,7 @@ from sparsurf.api.surroundings import (
     MAX_NAMED,
     contacts_on_page,
     drawn_without_surface,
+    ligands_first,
     relative_areas,
     with_surroundings,
 )
@@ -29,6 +30,7 @@ from sparsurf.evaluation.residues import residue_table
 from sparsurf.files import pluralise
 from sparsurf.messages import no_warnings
 from sparsurf.molecules.formats import title
+from sparsurf.molecules.selection import POLYMERS
 from sparsurf.molecules.source import open_source
 from sparsurf.patches.index import nearest_of
 from sparsurf.progress import Progress
@@ -74,7 +76,8 @@ def page_of_surface(
     """Return the page of a surface: its picture, its residues if the dots know their molecule, and what was left out.
 
     It opens in the colours of `values` (N,) of the dots, or of `colour`: 'roughness', 'kind' or a field. `limits` are theirs.
-    `regions` are the area, Å^2, and the residues of each region of the field. `shown_surface` says which surface is drawn.
+    `regions` are the area, Å^2, the mean and the residues of each region of the field. `shown_surface` says what is drawn.
+    A surface of several chains opens coloured by chain, unless a field, limits, `about` or a study ask for others.
     """
     if len(surface) < 2:
         raise InputError("a page needs a surface, and there is a single dot; give all dots of a surface.")
@@ -117,13 +120,20 @@ def page_of_surface(
     left_out, read = (about.heard.left_out, about.heard.sentences) if about.heard else (None, [])
     sentences = [*about.notes, *read, *of_fields.sentences]
     numbers = [] if table is None else [*numbers_of_residues(table)]
-    atoms, buried, xyz = None, None, np.empty((0, 3))
+    atoms, buried, xyz, answer = None, None, np.empty((0, 3)), about.answer
+    opens = "kind" if has_kinds or not named else f"value {first}"
     if molecule is not None and surface.origin is not None:
         drawn, frame, rules = with_surroundings(molecule), surface.origin.frame, surface.origin.rules
         atoms = DrawnAtoms(drawn, molecule.n_residues)
         xyz = atoms.placed(drawn.xyz[frame])
         with heard("contacts") as of_contacts:
             buried = contacts_on_page(drawn, [drawn.xyz[frame]], rules)
+        buried, touched = ligands_first(buried, molecule)
+        answer = " ".join(filter(None, (answer, touched)))
+        chains = {*molecule.chain[np.isin(molecule.kind, POLYMERS)].tolist()}
+        is_asked = colour != "roughness" or about.roughness is not None or limits or about.links
+        if not is_asked and len(chains) > 1:
+            opens = "chain"
         relative = relative_areas(molecule, frame, rules)
         numbers.append(ResidueValues("relative accessible area", "", relative[None], 2, "buried", "exposed"))
         sentences += [*of_contacts.sentences, *drawn_without_surface(drawn, molecule.n_atoms)]
@@ -138,7 +148,7 @@ def page_of_surface(
         numbers=numbers,
         dots=_drawn_dots(shown, prepared, has_mesh=mesh is not None),
         contacts=buried,
-        colour="kind" if has_kinds or not named else f"value {first}",
+        colour=opens,
         order=listed,
         n_ranked=n_ranked,
         regions=regions,
@@ -169,6 +179,7 @@ def page_of_surface(
         counts=_counts(molecule) if molecule else "",
         links=about.links,
         origin=rows_of_surface(about, surface),
+        answer=answer,
     )
     steps.close()
     return page

@@ -16,6 +16,7 @@ from sparsurf.api.areas import (
 )
 from sparsurf.arguments import TOUCHED_AREA
 from sparsurf.errors import InputError
+from sparsurf.files import pluralise
 from sparsurf.messages import no_warnings
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.read_molecule import read_molecule
@@ -38,6 +39,7 @@ log = logging.getLogger("sparsurf")
 NEAR_MOLECULE = 6.0  # Å, from a ligand that is drawn to the molecule
 SAME_POSITION = 0.01  # Å
 MAX_NAMED = 6  # A sentence names at most so many residues.
+MOST_BURIED, LIGANDS_NAMED = 3, 3  # residues of each ligand, and ligands, that a page begins with
 
 
 def with_surroundings(molecule: Molecule) -> Molecule:
@@ -131,6 +133,30 @@ def contacts_on_page(drawn: Molecule, frames: Iterable[np.ndarray], rules: Rules
     table["together"] = together[table["number"]] / len(found)
     table = table[table["mean"] >= TOUCHED_AREA]
     return table.sort_values("mean", ascending=False, kind="stable", ignore_index=True)
+
+
+def ligands_first(contacts: pd.DataFrame | None, molecule: Molecule) -> tuple[pd.DataFrame | None, str]:
+    """Return contacts with those of the ligands of a molecule first, and the sentence on the residues that these touch."""
+    ligands = np.unique(molecule.residue_index[~np.isin(molecule.kind, POLYMERS)])
+    if contacts is None or not len(ligands):
+        return contacts, ""
+    names = contacts.loc[contacts["number"].isin(ligands), "own"]
+    by_ligand = contacts["partner"].isin(names) & ~contacts["number"].isin(ligands)
+    said = []
+    for name, rows in contacts[by_ligand].groupby("partner", sort=False):
+        most = ", ".join(
+            f"{row.residue_name} {row.residue} {row.chain} ({row.mean:.1f}\u00a0Å²)".replace("  ", " ")
+            for row in rows.head(MOST_BURIED).itertuples()
+        )
+        said.append(
+            (len(rows), f"{name} touches {pluralise(len(rows), 'residue')}, the most buried first: {most}.")
+        )
+    said.sort(key=lambda each: -each[0])
+    texts = [text for _, text in said[:LIGANDS_NAMED]]
+    if len(said) > LIGANDS_NAMED:
+        texts.append(f"The list has those of {pluralise(len(said) - LIGANDS_NAMED, 'further ligand')}.")
+    order = np.argsort(~by_ligand.to_numpy(), kind="stable")
+    return contacts.iloc[order].reset_index(drop=True), " ".join(texts)
 
 
 def relative_areas(molecule: Molecule, frame: int, rules: Rules) -> np.ndarray:

@@ -438,7 +438,7 @@ def _write_profile(
     from sparsurf.api.pages import page_of_residues, page_of_surface, refuse_other_table, save_picture
 
     if surface and "region" in table:
-        regions = table[["area", "residues"]].to_numpy().tolist()
+        regions = table[["area", "mean", "residues"]].to_numpy().tolist()
         page = page_of_surface(surface, about, next(iter(surface.fields)), regions=regions)
         path.write_text(page, encoding="utf-8")
         return

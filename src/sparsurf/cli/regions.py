@@ -7,6 +7,7 @@ from sparsurf.arguments import D_LINK
 from sparsurf.cli import options, outputs
 from sparsurf.files import pluralise
 
+LARGEST = 3  # The page begins with the areas of so many regions.
 FORMATS = (*writing.TABLE_FORMATS, *writing.PAGE_ENDINGS)
 EXAMPLES = """\
 A region is a connected set of dots at which the field is above (or below) the threshold. The table has a row for each, the
@@ -50,7 +51,10 @@ def run(args: argparse.Namespace) -> None:
     table = regions(surface, *surface.fields, above=args.above, below=args.below, min_area=args.min_area)
     summary = f"{pluralise(len(table), 'region')}, {table['area'].sum():,.0f} Å^2"
     past = f"above {args.above:g}" if args.below is None else f"below {args.below:g}"
-    listed = f"The list has the residues where {next(iter(surface.fields))} is {past}: {summary}."
-    about = options.about(args, notes=[listed.replace("^2", "²")])
+    having = f"{'has' if len(table) == 1 else 'have'} a {next(iter(surface.fields))} {past}"
+    answer = f"{pluralise(len(table), 'region')} {having}, {table['area'].sum():,.0f} Å^2 in total"
+    if len(table) > 1:
+        answer += f"; the largest: {', '.join(f'{area:,.0f}' for area in table['area'].head(LARGEST))} Å^2"
+    about = options.about(args, answer=f"{answer}.".replace("^2", "²"))
     writing.write_table(args.output, table, about=about, surface=surface)
     outputs.report(args, summary)

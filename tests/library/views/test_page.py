@@ -278,24 +278,60 @@ def test_the_ligands_of_an_assembly_and_of_the_model_that_was_read_are_drawn(tmp
 
 def test_the_page_of_regions_lists_their_residues_in_the_colours_of_the_field(browser, tmp_path):
     path = tmp_path / "page.html"
-    call = ["regions", str(TDP43), "--field", "mean_curvature", "--above", "0.4", "--min-area", "5", "-q"]
+    call = ["regions", str(TDP43), "--field", "mean_curvature", "--above", "0.2", "--min-area", "5", "-q"]
     assert command.main([*call, "-o", str(path)]) == 0
-    table = sparsurf.regions(TDP43, "mean_curvature", above=0.4, min_area=5)
+    table = sparsurf.regions(TDP43, "mean_curvature", above=0.2, min_area=5)
     header, _ = unpacked(path.read_text(encoding="utf-8"))
     assert header["values"][int(header["colour"].removeprefix("value "))]["symbol"] == "mean_curvature"
     browser.view(path)
     listed = browser.run("return rows().map((row) => [...row.children].map((part) => part.textContent))")
     assert listed == [
-        [name, f"region {row.region}", f"{row.area:.1f}"]
+        [f"region {row.region}", row.residues.replace(";", ","), f"{row.area:.1f} Å²; {row.mean:.2f}"]
         for row in table.itertuples()
-        for name in row.residues.split("; ")
     ]
     assert len(table) > 2
-    listed_are = f"where mean_curvature is above 0.4: {len(table)} regions, {table['area'].sum():.0f} Å²."
-    assert listed_are in Page(path.read_text(encoding="utf-8")).text
-    browser.run("element('list').firstElementChild.click()")
-    said = browser.run("return element('chosen').textContent")
-    assert said.startswith(f"{listed[0][0]}: ") and f"in region 1 of {listed[0][2]} Å²" in said
+    said = f"{len(table)} regions have a mean_curvature above 0.2, {table['area'].sum():.0f} Å² in total"
+    assert said in Page(path.read_text(encoding="utf-8")).text
+    largest = int(table["residues"].str.count(";").idxmax())
+    names, labels = table["residues"][largest].split("; "), header["residues"]
+    browser.run("rows()[arguments[0]].click()", largest)
+    shown = browser.run(
+        "return [element('chosen').textContent, [...view.members], coloursOfSurface().map((c) => c.r)]"
+    )
+    assert len(names) > 1 and ", ".join(names) in shown[0] and [labels[k] for k in shown[1]] == names
+    _, columns = unpacked(path.read_text(encoding="utf-8"))
+    on = np.isin(columns["residue0"], shown[1])
+    assert np.ptp(np.array(shown[2])[on]) == 0 and on.any()
+    browser.run("element('search').value = 'region 3'; search(false)")
+    assert browser.run("return rows().findIndex((row) => !row.hidden)") == 2
+
+
+def test_a_page_begins_with_the_residues_that_a_read_ligand_touches(browser, tmp_path):
+    """Against the contacts of `areas`, from 1 Å^2; the surface around the ligand is pale, that of the chains alone is not."""
+    chains = [
+        peptide(["ALA", "LEU", "LYS", "GLY"], chain, 10, origin=(0, y, 0)) + "TER\n"
+        for chain, y in (("A", 0), ("B", 7.5))
+    ]
+    ligand = atom_line("C1", "LIG", "A", "90", (5, 4.6, 3.2), record="HETATM", element="C")
+    path = tmp_path / "two.pdb"
+    path.write_text("".join([*chains, ligand]))
+    for ligands in ((), ("--ligands", "LIG")):
+        assert (
+            command.main(["show", str(path), *ligands, "--no-open", "-q", "-o", str(tmp_path / "p.html")])
+            == 0
+        )
+        text = (tmp_path / "p.html").read_text(encoding="utf-8")
+        header, _ = unpacked(text)
+        assert header["colour"] == "chain"
+        browser.view(tmp_path / "p.html")
+        assert (browser.run("return opacity()") < 1) == bool(ligands)
+        rows = browser.run("return rows().map((row) => row.textContent)")
+    contacts = sparsurf.areas(sparsurf.read_molecule(path, ligands=["LIG"])).contacts
+    touched = contacts[contacts["partner"].str.startswith("LIG") & (contacts["buried"] >= 1)]
+    most = touched.sort_values("buried", ascending=False).iloc[0]
+    said = f"LIG 90 A touches {len(touched)} residues, the most buried first: {most.residue_name} {most.residue} {most.chain} "
+    assert len(touched) > 2 and said in Page(text).text
+    assert ["LIG" in row.split("with")[1] for row in rows[: len(touched)]] == [True] * len(touched)
 
 
 def test_a_prediction_is_coloured_by_the_bands_of_its_confidence(tmp_path, browser):

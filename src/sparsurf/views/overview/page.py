@@ -100,17 +100,20 @@ def overview(
     counts: str = "",
     links: Sequence[tuple[str, str]] = (),
     origin: Sequence[tuple[str, str]] = (),
+    answer: str = "",
 ) -> str:
     """Render the page of a surface, in one file of at most `max_bytes`.
 
     `residues` is the table of `evaluation.residues`, `missing` names fields without a value, `counts` tells how large the
-    molecule is, `links` are addresses and words of other pages on the surface, and `origin` says in pairs where the page is from.
+    molecule is, `links` are addresses and words of other pages on the surface, `origin` says in pairs where the page is from, and
+    `answer` is what the page begins with.
     """
     context = {
         "title": title, "surface": surface, 
         "fields": [_range(field) for field in scene.values if field.symbol != COMPONENT_FIELD],
         "notes": notes.sentences, "missing": missing,
         "left_out": notes.left_out, "counts": counts, "links": links, "origin": origin,
+        "answer": answer,
     }  # fmt: skip
     context |= residue_words(residues) | largest_contacts(scene)
     return scene.around(lambda data: render_template(PAGE, data=data, **context), max_bytes)

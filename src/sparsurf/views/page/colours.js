@@ -58,7 +58,7 @@ function coloursOfSurface() {
   const { residues, corners } = meshes[view.frame], dotted = view.shown.length > 0 && asked() !== "all";
   const made = dotted ? { colour: () => PLAIN } : scheme("corner", residues, data["corner kind"]);
   if (!view.shown.length) key(made);
-  return corners.map((_, i) => rgb(residues && view.chosen >= 0 && residues[i] === view.chosen ? CHOSEN : made.colour(i)));
+  return corners.map((_, i) => rgb(residues && view.chosen >= 0 && view.members.has(residues[i]) ? CHOSEN : made.colour(i)));
 }
 
 function coloursOfDots() {
@@ -79,7 +79,7 @@ function key({ words, bar, ends, boxes }) {
     strip.style.background = `linear-gradient(to right, ${bar.map(([value, c]) => `rgb(${c}) ${(100 * (value - low)) / (high - low || 1)}%`)})`;
     nodes.push(strip, tag("div", { className: "ends" }, ...ends.map((text) => tag("span", { textContent: text }))));
   }
-  for (const [name, c] of [...boxes, ...(view.chosen < 0 ? [] : [[head.labels[view.chosen], CHOSEN]])]) {
+  for (const [name, c] of [...boxes, ...(view.chosen < 0 ? [] : [[nameOfChosen(), CHOSEN]])]) {
     const box = tag("i", {});
     box.style.background = `rgb(${c})`;
     nodes.push(tag("span", { className: "box" }, box, name || "–"));

@@ -22,7 +22,7 @@ function fillMenus() {
   element("inside").parentElement.hidden = !atoms.length;
   element("opacity").parentElement.hidden = !hasSurface();
   const lists = element("which");
-  if (inRegions().length) lists.add(new Option("regions (Å² of each)", "regions"));
+  if (head.regions.length) lists.add(new Option("regions (Å²; mean)", "regions"));
   if (head.touching.length) lists.add(new Option(nFrames() > 1 ? "what touches what (% of frames; buried Å²)" : "what touches what (buried Å²)", "touching"));
   if (head.order.length) lists.add(new Option(`${head.orders} residues`, "ranked"));
   head.numbers.forEach((table, k) => k && table.frames < 2 && lists.add(new Option(`by ${table.name}`, `number ${k}`)));
@@ -34,16 +34,15 @@ function fillMenus() {
   if (nFrames() > 1) element("frame").max = nFrames() - 1;
 }
 
-// The residues of the regions of a field: [residue, number of the region, its area].
-function inRegions() {
-  return head.regions.flatMap(([area, names], k) => names.split("; ").map((name) => [head.labels.indexOf(name), k + 1, area])).filter(([residue]) => residue >= 0);
-}
+// The residues of a region of a field.
+const inRegion = ([, , names]) => names.split("; ").map((name) => head.labels.indexOf(name)).filter((residue) => residue >= 0);
+const ofRegion = ([area, mean]) => `${number(area, 1)} Å²; ${number(mean, 2)}`;
 
-// The rows of the list: [residue, words, number].
+// The rows of the list: [residue, words, number], and of a region its name and all of its residues.
 function listed() {
   const which = element("which").value, [, k] = which.split(" ");
   if (which === "touching") return head.touching.map(([residue, unit, area, share]) => [residue, `with ${head.units[unit]}`, nFrames() > 1 ? `${share} %; ${number(area, 1)}` : number(area, 1)]);
-  if (which === "regions") return inRegions().map(([residue, region, area]) => [residue, `region ${region}`, number(area, 1)]);
+  if (which === "regions") return head.regions.map((each, k) => [inRegion(each)[0] ?? -1, each[2].replaceAll(";", ","), ofRegion(each), `region ${k + 1}`, inRegion(each)]);
   const residues = [...head.labels.keys()];
   if (which === "order" || which === "") return residues.map((residue) => [residue, "", ""]);
   if (k) return residues.map((residue) => [residue, numberOf(k, residue)]).filter(([, value]) => value !== null).sort((a, b) => b[1] - a[1]).map(([residue, value]) => [residue, "", written(head.numbers[k], value)]);
@@ -51,28 +50,29 @@ function listed() {
 }
 
 function fillList() {
-  element("list").replaceChildren(...listed().map(([residue, ...words], k) => {
+  element("list").replaceChildren(...listed().map(([residue, words, amount, name = head.labels[residue], members = [residue]], k) => {
     const row = document.createElement("div");
-    [row.id, row.dataset.residue] = [`row-${k}`, residue];
+    [row.id, row.dataset.residue, row.members] = [`row-${k}`, residue, members];
     row.setAttribute("role", "option");
-    row.append(...[head.labels[residue], ...words].map((text) => Object.assign(document.createElement("span"), { textContent: text })));
+    row.append(...[name, words, amount].map((text) => Object.assign(document.createElement("span"), { textContent: text })));
     return row;
   }));
   search(false);
   mark();
 }
 
-// Every part of the page shows a residue, or none of them if it is -1. `moves`: the picture turns it to the front.
-function choose(residue, moves = true) {
-  view.chosen = residue;
-  if (!view.touched) setOpacity(100);
+// Every part of the page shows a residue, or none of them if it is -1. `moves`: the picture turns it to the front. `members`: the
+// residues of a region, all of which the picture shows.
+function choose(residue, moves = true, members = [residue]) {
+  [view.chosen, view.members] = [residue, new Set(members)];
+  if (!view.touched) setOpacity(opacityAtStart());
   mark();
   describe();
   curves();
   if (!home) return; // nothing can be drawn
   atOnce(() => {
     style();
-    if (residue >= 0 && moves) go(residue);
+    if (residue >= 0 && moves) go();
     paint();
   });
 }
@@ -81,7 +81,7 @@ function mark() {
   const list = element("list");
   let first = null;
   for (const row of rows()) {
-    const isChosen = +row.dataset.residue === view.chosen;
+    const isChosen = view.chosen >= 0 && row.members.includes(view.chosen);
     row.setAttribute("aria-selected", String(isChosen));
     if (isChosen) first ??= row;
   }
@@ -91,9 +91,8 @@ function mark() {
     list.scrollTop = first.offsetTop - list.offsetTop - list.clientHeight / 2;
   } else list.removeAttribute("aria-activedescendant");
   for (const dot of document.querySelectorAll(".profile [data-residue]")) {
-    const isChosen = +dot.dataset.residue === view.chosen;
-    dot.classList.toggle("chosen", isChosen);
-    if (isChosen) {
+    dot.classList.toggle("chosen", view.members.has(+dot.dataset.residue));
+    if (+dot.dataset.residue === view.chosen) {
       const box = dot.closest(".wide"), place = dot.getBoundingClientRect(), frame = box.getBoundingClientRect();
       if (place.left < frame.left || place.right > frame.right) box.scrollLeft += place.left - frame.left - frame.width / 2;
     }
@@ -104,9 +103,10 @@ function mark() {
 function describe() {
   const r = view.chosen;
   if (r < 0) return (element("chosen").textContent = head.labels.length ? "Click a residue in the picture, in the list or in the profile, or search for one." : "");
+  if (view.members.size > 1) return (element("chosen").textContent = `${nameOfChosen()}: ${[...view.members].map((residue) => head.labels[residue]).join(", ")}.`);
   const said = head.numbers.map((table, k) => [table, numberOf(k, r)]).filter(([, value]) => value !== null).map(([table, value]) => `${table.name} ${written(table, value)}`);
   for (const [residue, unit, area] of head.touching) if (residue === r) said.push(`${number(area, 1)} Å² buried by ${head.units[unit]}`);
-  for (const [residue, region, area] of inRegions()) if (residue === r) said.push(`in region ${region} of ${number(area, 1)} Å²`);
+  head.regions.forEach((each, k) => inRegion(each).includes(r) && said.push(`in region ${k + 1} of ${number(each[0], 1)} Å²`));
   const isOn = meshes[view.frame].residues?.includes(r), isPart = data.kinds ? data.kinds[r] >= 0 && r < head.surfaced : true;
   const why = !hasSurface() || isOn ? "" : isPart ? " It has no surface here: it is buried." : " The surface leaves it out.";
   element("chosen").textContent = `${head.labels[r]}${said.length ? `: ${said.join("; ")}` : ""}.${why}`;
@@ -119,7 +119,7 @@ function search(enters, chooses = false) {
   const fits = (text, how) => words.every((word) => text.toUpperCase().split(/[\s,]+/).some((part) => how(part, word)));
   const fitting = (how) => [...head.labels.keys()].filter((residue) => fits(head.labels[residue], how)), begins = (part, word) => part.startsWith(word);
   const same = fitting((part, word) => part === word), all = [...new Set([...same, ...fitting(begins)])];
-  for (const row of rows()) row.hidden = !fits(head.labels[row.dataset.residue], begins) && !fits(row.children[1].textContent, begins);
+  for (const row of rows()) row.hidden = ![0, 1].some((k) => fits(row.children[k].textContent, begins));
   const shown = rows().filter((row) => !row.hidden).length;
   element("found").textContent = words.length ? `${all.length} residue${all.length === 1 ? "" : "s"} found; the list shows ${shown} row${shown === 1 ? "" : "s"}.` : "";
   if (words.length && (enters ? all.length : chooses && words.length > 1 && same.length === 1)) choose(enters ? all[0] : same[0]);
@@ -127,9 +127,11 @@ function search(enters, chooses = false) {
 
 // The next row of the list that is shown, by steps, and the next residue along the chain.
 function step(by) {
-  const shown = rows().filter((row) => !row.hidden), now = shown.findIndex((row) => +row.dataset.residue === view.chosen);
-  if (shown.length) choose(+shown[Math.min(shown.length - 1, Math.max(0, now < 0 ? 0 : now + by))].dataset.residue);
+  const shown = rows().filter((row) => !row.hidden), now = shown.findIndex((row) => row.members.includes(view.chosen));
+  if (shown.length) chooseRow(shown[Math.min(shown.length - 1, Math.max(0, now < 0 ? 0 : now + by))]);
 }
+
+const chooseRow = (row) => choose(+row.dataset.residue, true, row.members);
 
 function along(by) {
   if (head.labels.length) choose(Math.min(head.labels.length - 1, Math.max(0, view.chosen < 0 ? 0 : view.chosen + by)));
@@ -227,7 +229,7 @@ async function picture() {
 
 function caption() {
   const law = dots && asked() === "paper" ? ` (${LAW.map((each) => element(each).value).join(", ")})` : "", kept = dots && asked() !== "none" ? `${element("shown").textContent} ${element("sampler").selectedOptions[0].text}${law}; ` : "";
-  return [[document.title, head.frames[view.frame]].filter(Boolean).join(", "), `${kept}colour: ${coloured}${view.chosen < 0 ? "" : `; ${head.labels[view.chosen]} in orange`}`];
+  return [[document.title, head.frames[view.frame]].filter(Boolean).join(", "), `${kept}colour: ${coloured}${view.chosen < 0 ? "" : `; ${nameOfChosen()} in orange`}`];
 }
 
 async function save() {
@@ -255,13 +257,15 @@ function listen() {
   element("search").addEventListener("input", () => search(false, true));
   onKeys(element("search"), { Enter: () => search(true), ArrowDown: () => element("list").focus() });
   element("none").addEventListener("click", chooseNone);
+  document.querySelector("#controls details").addEventListener("toggle", (event) => event.target.scrollIntoView({ block: "nearest" }));
   onKeys(element("list"), {
     ArrowDown: () => step(1), ArrowUp: () => step(-1), PageDown: () => step(10), PageUp: () => step(-10), Home: () => step(-Infinity), End: () => step(Infinity), Escape: chooseNone,
   });
   document.addEventListener("click", (event) => {
     const button = event.target.closest("#list [data-residue], button.residue");
     if (!button) return;
-    choose(+button.dataset.residue);
+    if (button.members) chooseRow(button);
+    else choose(+button.dataset.residue);
     if (button.tagName === "BUTTON") element("stage").scrollIntoView({ block: "nearest" });
   });
   for (const profile of document.querySelectorAll(".profile .wide")) {

@@ -2,12 +2,12 @@
 
 const CHOSEN = [224, 60, 10], GREY = [165, 165, 165], PLAIN = [222, 222, 222];
 const MAX_CORNERS = 60000; // of a shape, since 3Dmol.js numbers corners in 16 bits and loses colours where it cuts a shape itself
-const SEEN_THROUGH = 55; // percent, of a surface in front of the chosen residue
+const SEEN_THROUGH = 55; // percent, of a surface in front of the chosen residue, or around a ligand
 const SIDES = 7, LIFT = 0.12; // of a disc, and Å by which it lies above the surface
 const NEAR = 12; // px, from the mouse to a dot or an atom
 const AXES = ["x", "y", "z"];
 const element = (id) => document.getElementById(id);
-const view = { chosen: -1, frame: 0, picked: -1, shown: [], surface: [], discs: [], touched: false };
+const view = { chosen: -1, members: new Set(), frame: 0, picked: -1, shown: [], surface: [], discs: [], touched: false };
 let head, data, viewer, model, meshes = [], atoms = [], atomsOf = [], dots = null, home;
 
 // Runs the library, and lightens its shadows: it has no light from all sides, so that creases would be black.
@@ -35,7 +35,7 @@ async function start() {
     background();
     if (atoms.length) model = viewer.addModel(mmcif(), "cif");
     if (model && nFrames() > 1) model.setCoordinates(atoms.map((frame) => frame.map(({ x, y, z }) => [x, y, z])), "array");
-    setOpacity(100);
+    setOpacity(opacityAtStart());
     chooseDots();
     drawSurface();
     style();
@@ -61,6 +61,9 @@ function atOnce(act) {
 }
 
 const nFrames = () => Math.max(1, head.frames.length);
+// Less than 100 % where a ligand lies inside the surface.
+const opacityAtStart = () => (data.kinds?.slice(0, head.surfaced).includes(2) ? SEEN_THROUGH : 100);
+const nameOfChosen = () => (view.members.size > 1 ? `${view.members.size} residues` : head.labels[view.chosen]);
 const hasSurface = () => meshes[view.frame].triangles.length > 0;
 const at = (x, y, z) => ({ x, y, z });
 const columnsOf = (names, step) => data[names[0]].length ? Array.from(data[names[0]], (_, i) => at(...names.map((name) => step * data[name][i]))) : [];
@@ -174,17 +177,19 @@ function style() {
     viewer.setStyle({}, shown);
     viewer.setStyle(residues((r) => r >= head.surfaced), cartoon("#d98e2b"));
     viewer.setStyle(residues((r) => data.kinds[r] === 2), { stick: { radius: 0.22, colorscheme: "greenCarbon" }, sphere: { scale: 0.25, colorscheme: "greenCarbon" } });
-    if (view.chosen >= 0 && atomsOf[view.chosen]) viewer.addStyle({ index: atomsOf[view.chosen] }, { stick: { radius: 0.25, colorscheme: "orangeCarbon" } });
+    if (view.chosen >= 0 && atomsOfChosen().length) viewer.addStyle({ index: atomsOfChosen() }, { stick: { radius: 0.25, colorscheme: "orangeCarbon" } });
   }
-  const middle = view.chosen >= 0 && middleOf(view.chosen);
-  if (middle) viewer.addLabel(head.labels[view.chosen], { position: middle.place, fontSize: 15, backgroundColor: "black", backgroundOpacity: 0.7, inFront: true, alignment: "bottomCenter" });
+  const middle = view.chosen >= 0 && middleOfChosen();
+  if (middle) viewer.addLabel(nameOfChosen(), { position: middle.place, fontSize: 15, backgroundColor: "black", backgroundOpacity: 0.7, inFront: true, alignment: "bottomCenter" });
 }
 
-// The mean place and normal of a residue's corners, or the mean place of its atoms if it is buried; null where it has neither.
-function middleOf(residue) {
+const atomsOfChosen = () => [...view.members].flatMap((residue) => atomsOf[residue] ?? []);
+
+// The mean place and normal of the corners of what is chosen, or the mean place of its atoms if it is buried; null without either.
+function middleOfChosen() {
   const { corners, ways, residues } = meshes[view.frame], places = [], facing = [];
-  residues?.forEach((each, i) => each === residue && (places.push(corners[i]), facing.push(ways[i])));
-  if (!places.length) places.push(...(atomsOf[residue] ?? []).map((atom) => atoms[view.frame][atom]));
+  residues?.forEach((each, i) => view.members.has(each) && (places.push(corners[i]), facing.push(ways[i])));
+  if (!places.length) places.push(...atomsOfChosen().map((atom) => atoms[view.frame][atom]));
   const mean = (all) => at(...AXES.map((axis) => all.reduce((sum, each) => sum + each[axis], 0) / all.length));
   return places.length ? { place: mean(places), way: facing.length ? mean(facing) : null } : null;
 }
@@ -226,19 +231,19 @@ function fit() {
   }
 }
 
-// Brings a residue to the front and the middle; makes the surface pale where another part of it lies before the residue.
-function go(residue) {
-  const middle = middleOf(residue);
+// Brings what is chosen to the front and the middle; makes the surface pale where another part of it lies before that.
+function go() {
+  const middle = middleOfChosen();
   if (!middle) return;
   const now = viewer.getView(), [a, b, c] = middle.way ? turned(now.slice(4, 8), AXES.map((axis) => middle.way[axis])) : [0, 0, 1], length = Math.hypot(a, b, c);
   if (length > 1e-6) {
     const add = c / length > -0.9999 ? [b / length, -a / length, 0, 1 + c / length] : [1, 0, 0, 0], size = Math.hypot(...add);
     viewer.setView([...now.slice(0, 4), ...after(add.map((value) => value / size), now.slice(4, 8))]);
   }
-  if (atomsOf[residue]) viewer.center({ index: atomsOf[residue] }, 0);
+  if (atomsOfChosen().length) viewer.center({ index: atomsOfChosen() }, 0);
   if (view.touched || !hasSurface()) return;
   const { x, y } = viewer.modelToScreen(middle.place);
-  if (pick(x, y).residue !== residue) setOpacity(SEEN_THROUGH);
+  if (!view.members.has(pick(x, y).residue)) setOpacity(SEEN_THROUGH);
 }
 
 // What lies in front at a place of the document: a shown dot, or the residue of the nearest corner of the triangle there.

@@ -95,7 +95,7 @@ class PageScene:
     order, n_ranked : positions of the residues in the order of their list, which shows the first of the numbers, and how many of
         them are ranked
     orders : which residues that list begins with
-    regions : area, Å^2, of each region of a field, and the names of its residues, with semicolons between
+    regions : area, Å^2, of each region of a field, its mean there, and the names of its residues, with semicolons between
     is_prediction : whether B factors are the confidence of a prediction
     turn : (3, 3), whose rows point right, up and to the viewer; by default the molecule lies flat
     """
