@@ -191,6 +191,26 @@ def _crossed(
 
 
 @njit()
+def _triangle_at(u: int, w: int, tri: np.ndarray, beside: np.ndarray, at: np.ndarray) -> int:
+    """Return the triangle in which w follows u, or OUTSIDE; around a corner of the triangle around all, they form no ring."""
+    t = first = at[u]
+    while True:
+        k = _corner(tri, t, u)
+        if tri[t, (k + 1) % 3] == w:
+            return t
+        t = beside[t, (k + 1) % 3]
+        if t in (OUTSIDE, first):
+            break
+    t = beside[first, (_corner(tri, first, u) + 2) % 3]
+    while t not in (OUTSIDE, first):
+        k = _corner(tri, t, u)
+        if tri[t, (k + 1) % 3] == w:
+            return t
+        t = beside[t, (k + 2) % 3]
+    return OUTSIDE
+
+
+@njit()
 def _recover(
     a: int, b: int, n_triangles: int, p: np.ndarray, tri: np.ndarray, beside: np.ndarray, at: np.ndarray
 ) -> bool:
@@ -200,9 +220,9 @@ def _recover(
         return joined
     for _ in range(4 * n_triangles * len(crossed) + 16):
         u, w = crossed.pop(0)
-        t = at[u]
-        while tri[t, (_corner(tri, t, u) + 1) % 3] != w:
-            t = beside[t, (_corner(tri, t, u) + 1) % 3]
+        t = _triangle_at(u, w, tri, beside, at)
+        if t == OUTSIDE:
+            return False
         k = (_corner(tri, t, u) + 2) % 3
         x, d = tri[t, k], tri[beside[t, k], _side(beside, beside[t, k], t)]
         if _turn(x, u, d, p) > 0 and _turn(x, d, w, p) > 0:
