@@ -151,6 +151,8 @@ def begin_run():
     for name, state in CHANGED:
         print(f"{RUN / name} is {state}: it is computed again.", file=sys.stderr, flush=True)
     path_to_config = Path(*workflow.configfiles[:1] or [HOME / "config.yaml"]).resolve()
+    if RUN.exists() and not os.access(RUN, os.W_OK):
+        raise SystemExit(f"\n{RUN} cannot be written. Make this folder writable and run again.\n")
     try:
         shutil.rmtree(RUN / ".ledger", ignore_errors=True)  # records of version 5
         if replaced := note_config(RUN, path_to_config):
@@ -158,7 +160,7 @@ def begin_run():
         manifest.keep(RUN, {name for name, _ in CHANGED})
     except OSError as error:
         raise SystemExit(
-            f"\n{error.filename}: {error.strerror}. Free or repair the disk and run again.\n"
+            f"\n{error.filename or RUN}: {error.strerror}. Free or repair the disk and run again.\n"
         ) from None
 
 

@@ -13,8 +13,13 @@ NAME = "SHA256SUMS"
 def write_sums(run: Path, sums: Mapping[str, str]) -> None:
     """Write the manifest of a run, whole or not at all."""
     new = run / f".{NAME}.new"
-    new.write_text("".join(f"{digest}  {name}\n" for name, digest in sorted(sums.items())), encoding="utf-8")
-    os.replace(new, run / NAME)
+    lines = "".join(f"{digest}  {name}\n" for name, digest in sorted(sums.items()))
+    try:
+        new.write_text(lines, encoding="utf-8")
+        os.replace(new, run / NAME)
+    except OSError:  # such as a full disk, which names no file
+        new.unlink(missing_ok=True)
+        raise
 
 
 def sums_of(run: Path, files: Iterable[Path]) -> dict[str, str]:

@@ -50,7 +50,10 @@ def main(*arguments: str) -> int:
     except InputError as error:
         print(error, file=sys.stderr)
     except OSError as error:
-        print(f"{error.filename}: {error.strerror}. Free or repair the disk and run again.", file=sys.stderr)
+        print(
+            f"{error.filename or 'results'}: {error.strerror}. Free or repair the disk and run again.",
+            file=sys.stderr,
+        )
     return 2
 
 

@@ -182,7 +182,9 @@ def parse_output(output: str | Path, formats: Sequence[str]) -> tuple[str, bool,
     suffix = ".csv" if name == "-" else Path(bare).suffix.lower()
     if suffix not in formats:
         why = f"this result cannot be written as {suffix!r}" if suffix else "the name has no suffix"
-        raise InputError(f"{name}: {why}; name a file that ends in {', '.join(formats)}.")
+        is_picture = suffix in PAGE_FORMATS and formats == PAGE_ENDINGS
+        other = ", or draw a picture by `sparsurf roughness FILE -o NAME.png`" if is_picture else ""
+        raise InputError(f"{name}: {why}; name a file that ends in {', '.join(formats)}{other}.")
     stream = name == "-" or (os.path.exists(name) and not os.path.isfile(name))  # a pipe or a device
     folder = None if stream else Path(os.path.realpath(name)).parent
     if folder is not None and not folder.is_dir():

@@ -106,7 +106,10 @@ def arrange(
     atoms, xyz, row = _without_particles(atoms, xyz, row, report)
     index, names = atoms.residue_index, atoms.name.astype(str)
     residue_names = atoms.residue_name.astype(str)
-    kind, following = residue_kinds(residue_names, index, names, atoms.hetero, xyz)
+    with np.errstate(
+        over="ignore", invalid="ignore"
+    ):  # positions that no distance can hold are refused later, in a sentence
+        kind, following = residue_kinds(residue_names, index, names, atoms.hetero, xyz)
     place = _places(following)
     order = np.argsort(place[index], kind="stable")
     place_of = np.argsort(place)

@@ -465,6 +465,7 @@ MISTAKES = [  # one of each kind: the command, its exit code, and what its sente
     ("surface protein.pdb --mesh --residues 209 -o x.ply", 1, "--residues selects dots"),
     ("surface protein.pdb --mesh -o x.dms", 1, "cannot be written as '.dms'; name a file that ends in .ply"),
     ("show protein.pdb -o x.csv", 1, "cannot be written as '.csv'; name a file that ends in .html"),
+    ("show protein.pdb -o x.png", 1, "or draw a picture by `sparsurf roughness FILE -o NAME.png`"),
     ("show dots.csv --frame 1 -o x.html", 1, "--frame has no meaning for dots.csv"),
     ("show frames.csv -o x.html", 1, "frames.csv holds the dots of 2 frames"),
     ("residues dots.csv -o x.csv", 1, "dots.csv holds dots, which have no residues"),
