@@ -576,6 +576,17 @@ def in_parts(monkeypatch):
     monkeypatch.setattr("sparsurf.molecules.trajectory.iterate_frames", parts)
 
 
+@pytest.mark.filterwarnings("error")
+def test_positions_that_no_distance_can_hold_are_refused_without_a_warning_of_numpy(tmp_path):
+    names = "group_PDB id type_symbol label_atom_id label_comp_id label_asym_id label_seq_id Cartn_x Cartn_y Cartn_z"
+    head = "data_x\nloop_\n" + "".join(f"_atom_site.{name}\n" for name in names.split(" "))
+    rows = "ATOM 1 N N ALA A 1 0 0 0\nATOM 2 C C ALA A 1 1e300 0 0\nATOM 3 N N GLY A 2 1 0 0\n"
+    path = tmp_path / "far.cif"
+    path.write_text(head + rows)
+    with pytest.raises(InputError, match=r"not numbers or beyond 1e.05 Å"):
+        read_molecule(path)
+
+
 def test_a_wrong_frame_is_called_by_its_number_in_the_file(tmp_path, in_parts):
     """Six frames of two peptides in a box of 100 Å, of which every second is read and the fifth is wrong."""
     text = peptide() + "TER\n" + peptide(chain="B", origin=(0, 50, 0)) + "END\n"
