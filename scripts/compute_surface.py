@@ -15,7 +15,7 @@ with job(snakemake) as s:
     path = Path(s.input.structures, f"{s.wildcards.conformation}.pdb")
     dots = surface_of_molecule(read_study_structure(path), s.settings.surface, s.params.d_link, s.place)
     component = dots.known_components(s.place)
-    table_of_components(dots, component).to_csv(s.output.components, index=False, float_format="%.2f")
+    table_of_components(dots).to_csv(s.output.components, index=False, float_format="%.2f")
     atoms_of_dots(dots).to_frame().to_csv(s.output.surface_atoms, index=False)
     write_npz(s.output.surface, replace(dots, fields={COMPONENT_FIELD: component}))
     shutil.copyfile(path, s.output.structure)

@@ -25,7 +25,7 @@ from sparsurf.recovery.interpolated_surface import MIN_DOT_SEPARATION, interpola
 from sparsurf.sampling.samplers import get_sampler
 from sparsurf.settings import Settings
 from sparsurf.streams import Streams
-from sparsurf.surfaces.components import components_of, table_of_components
+from sparsurf.surfaces.components import components_of, on_cavities
 from sparsurf.surfaces.mesh import Mesh
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.spacing import DENSITY
@@ -89,7 +89,7 @@ def measure(
     z_tot, _ = prepared.describe(tests)
     mesh = None if simplify is None else molecular_mesh(xyz, radii)
     component = components_of(surface, xyz, radii)
-    outside = ~table_of_components(surface, component)["cavity"].to_numpy()[component]
+    outside = ~on_cavities(surface, component)
     at = cKDTree(surface.points).query(true.points)[1]  # the dot of the surface next to each dense one
     steady = prepared.with_descriptor(STEADY)
     z_steady, _ = steady.describe(tests[:STEADY_TESTS])

@@ -380,7 +380,7 @@ def part_of_frames(molecule: Molecule, request: FramesRequest, first: int, last:
         )
         table = residues_of_frame(frame, request, atom_radii, request.columns, partners)
         contacts.append(_contacts_of_frame(frame, partners))
-        parts = summarize_components(columns_of_components(frame.surface, frame.component))
+        parts = summarize_components(columns_of_components(frame.surface, frame.rolled))
         sums = {name: table[name].sum() for name in ("accessible", "buried")}
         columns = frame.columns | parts | sums | {"dots": len(frame.surface)}
         rows.append([columns[name] for name in FRAME_COLUMNS])

@@ -13,7 +13,13 @@ from sparsurf.api.page_metadata import About, heard
 from sparsurf.api.whole_surface import WholeSurface, patches_or_none, whole_surface
 from sparsurf.patches.index import build_grid, select_separated
 from sparsurf.settings import PatchesSettings
-from sparsurf.surfaces.components import on_cavities, stored_components
+from sparsurf.surfaces.components import (
+    columns_of_components,
+    on_cavities,
+    stored_components,
+    summarize_components,
+    volume_in_words,
+)
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -113,7 +119,12 @@ class ShownSurface:
         is_removed = surface.origin is not None and surface.origin.rules.cavities == "remove"
         if whole.is_owned_by(surface):  # a coarse mesh has a smaller area than the surface that it stands for
             area, walls = whole.surface.total_area, whole.surface.area_of_walls(whole.cavity)
-            return Extent(area, walls, is_known=True, cavities_are_removed=is_removed)
+            volume = ""
+            if whole.surface.placed:
+                volume = volume_in_words(
+                    summarize_components(columns_of_components(whole.surface)), "\N{NO-BREAK SPACE}Å³"
+                )
+            return Extent(area, walls, is_known=True, cavities_are_removed=is_removed, volume=volume)
         return Extent(np.nan, selected_of=len(whole.surface))
 
 

@@ -40,7 +40,8 @@ from sparsurf.molecules.selection import Groups
 from sparsurf.patches.index import D_LINK, PatchIndex, build_index
 from sparsurf.suggestions import public
 from sparsurf.surfaces.chosen_points import Points
-from sparsurf.surfaces.components import components_of, fields_without_component, table_of_components
+from sparsurf.surfaces.components import components_of_rolled, fields_without_component, table_of_components
+from sparsurf.surfaces.dot_placement import roll_checked
 from sparsurf.surfaces.molecular_surface import accessible_surface, surface_of_molecule, surface_of_spheres
 from sparsurf.surfaces.radii import PROBE_RADIUS, check_radii
 from sparsurf.surfaces.spacing import DENSITY as PUBLISHED_DENSITY
@@ -166,7 +167,13 @@ def components(
     component : (N,) int
         Component of each dot; component 0 has the most dots.
     table : DataFrame
-        One row per component: component, dots, area (Å^2), volume (Å^3) and cavity (bool).
+        One row per component: component, dots, and exactly, not by dots, area (Å^2), volume (Å^3, positive), cavity (bool),
+        handles (int) and narrowest_handle (Å). The volume of the molecule is that of the others less that of its cavities. Two
+        components that meet in a cusp, where their probes overlap and none passes, are closed there by a disc; the handles of
+        their surface stand in the first of the two rows, and are missing in the other. A width is the diameter of a circle of
+        the area that a closed cusp spans: that of the narrowest cusp on one probe along which the surface can be cut without
+        falling apart. It is NaN where no handle has such a cusp. With `reentrant="dms"`, the numbers are those of the exact
+        surface of the same spheres.
 
     Raises
     ------
@@ -180,6 +187,8 @@ def components(
     >>> component, table = sparsurf.components(dots)
     >>> table["dots"].tolist(), table["cavity"].tolist()
     ([24174, 224, 103, 85, 14], [False, True, True, True, True])
+    >>> int(table["handles"].sum()), round(table["volume"][0] - table["volume"][1:].sum(), 1)
+    (1, 7896.1)
     """
     if isinstance(molecule, Surface) and dots is not None:
         raise InputError("components: give the molecule first, then its dots.")
@@ -202,8 +211,9 @@ def components(
             raise InputError(
                 "components: the dots are not those of the molecule; give its dots from surface()."
             )
-        component = components_of(target, xyz, atom_radii, PROBE_RADIUS)
-    return component, table_of_components(target, component)
+        rolled = roll_checked(xyz, atom_radii, PROBE_RADIUS)
+        return components_of_rolled(target, rolled), table_of_components(target, rolled)
+    return component, table_of_components(target)
 
 
 @public(of_dots=True)

@@ -192,13 +192,13 @@ def _columns_and_message(args: argparse.Namespace, dots: Surface) -> tuple[dict[
 
 def _with_components(dots: Surface) -> tuple[dict[str, np.ndarray], str]:
     """Return the columns of all dots of a placement, and the message on these dots and the components of their surface."""
-    from sparsurf.surfaces.components import columns_of_components, summarize_components
+    from sparsurf.surfaces.components import columns_of_components, summarize_components, volume_in_words
 
     component = dots.known_components("components")
-    summary = summarize_components(columns_of_components(dots, component))
+    summary = summarize_components(columns_of_components(dots))
     columns = {"area": dots.area, "kind": dots.kind, COMPONENT_FIELD: component}
     parts = pluralise(int(summary["components"]), "component")
-    text = f"{len(dots):,} dots, {dots.total_area:,.0f} Å^2, {summary['volume']:,.0f} Å^3, {parts}"
+    text = f"{len(dots):,} dots, {dots.total_area:,.0f} Å^2, {volume_in_words(summary)}; {parts}"
     if summary["cavities"]:
         noun = "cavity" if summary["cavities"] == 1 else "cavities"
         text += f", of which {summary['cavities']} {noun} with {summary['cavity_dots']:,} dots"

@@ -33,10 +33,6 @@ def values_from_rows(table: pd.DataFrame, name: str, molecule: Molecule) -> np.n
     """Return a column of a table of residues or atoms, as `areas` has them, for the molecule's atoms, (A,); NaN if unknown."""
     if "residue" not in table.columns:
         raise InputError(f"{FILE} has no column residue: give a table with rows of residues or atoms.")
-    if not table.columns.is_unique:
-        raise InputError(
-            f"{FILE} has the column {table.columns[table.columns.duplicated()][0]!r} twice; remove one."
-        )
     if "atom_name" in table.columns:  # beside which `atom` is its number
         table = table.drop(columns="atom", errors="ignore").rename(columns={"atom_name": "atom"})
     return TableOfAtoms(table.astype(object).where(table.notna(), "").astype(str), molecule).values(name)
@@ -139,7 +135,7 @@ class TableOfAtoms:
             residue = self._molecule.residue_label(int(np.flatnonzero(row == wrong[0])[0]))
             raise InputError(
                 f"{FILE}, row {wrong[0] + 1}: residue_name is {given[wrong[0]]}, and the molecule has {residue} there"
-                f" ({pluralise(len(wrong), 'such row')}); number the rows as the molecule is. Of a mutant, leave"
+                f" ({pluralise(len(wrong), 'row')} disagree); number the rows as the molecule is. Of a mutant, leave"
                 " residue_name blank in rows of mutated residues."
             )
         return agreed

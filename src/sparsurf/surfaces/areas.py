@@ -49,21 +49,20 @@ from sparsurf.surfaces.rolling_probe import (
     roll,
 )
 from sparsurf.surfaces.vectors import (
+    POLE,
     Vector,
     add_scaled,
+    cone,
     cross,
     dot,
     doubled,
     point,
-    scaled,
     set_point,
     squared_distance,
     subtract,
     vector_at,
 )
 
-POLE = (0.36, 0.48, 0.8)  # of the cones, a unit vector in no special direction
-LONGEST_PIECE = 2.0  # rad, of an arc under one cone; the ends of a longer one may lie opposite to each other
 NO_SOLID_ANGLE = 1e-6  # sr; below it, one direction decides whether a sphere is covered or free
 ROUNDING = 1e-9  # Å^2, far above that of areas
 N_FIXED_CAPS = 5  # of a concave triangle: three sides, and the two atoms that are nearer
@@ -186,33 +185,6 @@ def _areas_by_kind(
     _add_saddles(rolling, left_out.arcs, probe, saddle)
     _add_concave(rolling, left_out.probes, sort_into_grid(rolling.probes, 2 * probe), probe, concave)
     return np.stack([contact, saddle, concave], axis=1)
-
-
-@njit()
-def triangle(a: Vector, b: Vector, c: Vector) -> float:
-    """Return the signed area of a triangle on the unit sphere, positive counterclockwise, up to a multiple of 4 pi."""
-    return 2 * math.atan2(dot(a, cross(b, c)), 1 + dot(a, b) + dot(b, c) + dot(c, a))
-
-
-@njit()
-def cone(axis: Vector, height: float, e1: Vector, e2: Vector, low: float, high: float) -> float:
-    """Return the signed area between the pole and an arc of a circle on the unit sphere, outside of its cap on the left.
-
-    The cap lies beyond `height` along the axis. Positions on the circle are height axis + r (cos phi e1 + sin phi e2), where
-    e2 = e1 x axis.
-    """
-    radius = math.sqrt(max(0.0, 1 - height * height))
-    n = max(1, math.ceil((high - low) / LONGEST_PIECE))
-    middle, opposite = scaled(height, axis), (-axis[0], -axis[1], -axis[2])
-    area, previous = (1 + height) * (high - low), (0.0, 0.0, 0.0)
-    for k in range(n + 1):
-        phi = low + (high - low) * k / n
-        position = add_scaled(middle, radius * math.cos(phi), e1)
-        position = add_scaled(position, radius * math.sin(phi), e2)
-        if k > 0:
-            area += triangle(POLE, previous, position) - triangle(opposite, previous, position)
-        previous = position
-    return area
 
 
 @njit()

@@ -8,14 +8,26 @@ the loops of arcs that bound one accessible patch of an atom.
 
 from __future__ import annotations
 
+import logging
 import math
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from sparsurf.errors import InputError
+from sparsurf.files import pluralise
 from sparsurf.kernels import njit
 from sparsurf.surfaces.dot_placement import Rolled, roll_checked
+from sparsurf.surfaces.pieces import (
+    Pieces,
+    capped_part,
+    capped_volumes,
+    faces_of_edges,
+    narrowest_handles,
+    pieces_of,
+    rolled_sets,
+    shapes_of,
+)
 from sparsurf.surfaces.radii import PROBE_RADIUS
 from sparsurf.surfaces.rolling_probe import (
     ARC_RADIUS,
@@ -37,14 +49,17 @@ from sparsurf.surfaces.rolling_probe import (
     nearest_arc,
     no_enclosed_centres,
 )
-from sparsurf.surfaces.surface import COMPONENT_FIELD, CONCAVE, SADDLE, Surface
+from sparsurf.surfaces.surface import COMPONENT_FIELD, CONCAVE, CONTACT, SADDLE, Surface
 from sparsurf.surfaces.vectors import (
     Vector,
     add_scaled,
     cross,
     dot,
+    join_two,
     point,
+    root_of,
     scaled,
+    set_of_arcs,
     set_point,
     subtract,
     vector_at,
@@ -53,6 +68,8 @@ from sparsurf.surfaces.vectors import (
 if TYPE_CHECKING:
     import pandas as pd
     from numpy.typing import ArrayLike
+
+log = logging.getLogger("sparsurf")
 
 AT_A_PROBE = 1e-3  # Å, between the centre that a dot's normal points to and the probe that it lies on; far above rounding
 MEETING_DISTANCE = 1e-4  # Å; the end of an arc and its fixed probe differ only by rounding
@@ -78,74 +95,142 @@ def components_of(
     return components_of_rolled(surface, roll_checked(xyz, radii, probe))
 
 
+class _Found(NamedTuple):
+    """The components of a surface: sets of positions between which the probe rolls, numbered by their dots."""
+
+    of_dots: np.ndarray  # (N,) int64
+    of_faces: np.ndarray  # (F,) int64
+    dots: np.ndarray  # (C,) int64, number of dots, which may be 0
+    pieces: Pieces
+    faces: np.ndarray  # as of `faces_of_edges`
+
+
 def components_of_rolled(surface: Surface, rolled: Rolled) -> np.ndarray:
     """Return `components_of` dots that were placed with a rolled probe."""
-    rolling, n_atoms = _in_order_of_atoms(rolled), len(rolled.atom)
+    return _find(surface, rolled).of_dots
+
+
+def _find(surface: Surface, rolled: Rolled) -> _Found:
+    """Find the components of dots that were placed with a rolled probe, and of the pieces of the surface."""
+    rolling, n_atoms = rolled.rolling, len(rolled.atom)
+    if not rolled.exact:  # spheres that no arc bounds count as those of the exact surface
+        rolled = rolled._replace(whole=np.bincount(rolling.pair.ravel(), minlength=n_atoms) == 0)
+    pieces = pieces_of(rolled)
+    faces = faces_of_edges(pieces)
+    sets = rolled_sets(pieces, faces)
+    contact, saddle = (np.flatnonzero(pieces.face_kind == kind) for kind in (CONTACT, SADDLE))
+    set_of_arc = np.full(len(rolling.arcs), -1)
+    set_of_arc[pieces.face_owner[saddle]] = sets[saddle]
+    # no probe touches some atoms on which DMS places dots: they count to the largest component
+    label, mixed = np.full(n_atoms, np.bincount(sets).argmax()), np.zeros(n_atoms, bool)
+    atom = pieces.face_owner[contact]
+    label[atom] = sets[contact]
+    mixed[atom[sets[contact] != label[atom]]] = True
     by_atom = np.argsort(rolled.atom)
     owner = by_atom[np.searchsorted(rolled.atom, surface.atom, sorter=by_atom)]
-    joined, meeting = joined_arcs(rolling)
-    n_arcs = len(joined)
-    order, first = arcs_of_atoms(rolling.pair, n_atoms)
-    has_arcs = np.flatnonzero(np.diff(first))
-    label = n_arcs + rolled.by_position  # by atom; it stays that of a sphere that touches no other
-    label[has_arcs] = order[first[has_arcs]]
-    mixed = np.zeros(n_atoms, bool)
-    mixed[_atoms_of_several_sets(set_of_arcs(joined), order, first, has_arcs)] = True
-    labels = label[owner]
-    doubtful = np.flatnonzero(mixed[owner])
-    _join_patches(joined, np.unique(owner[doubtful]), order, first, meeting, rolling)
+    of_dots, doubtful = label[owner], np.flatnonzero(mixed[owner])
+    arcs = np.flatnonzero(set_of_arc >= 0)
+    order, first = arcs_of_atoms(rolling.pair[arcs], n_atoms)
     centres = surface.points[doubtful] - rolled.origin + rolled.probe * surface.normals[doubtful]
-    labels[doubtful] = _nearest_arcs(centres, owner[doubtful], order, first, rolling.arcs)
-    roots = np.append(set_of_arcs(joined), np.arange(n_atoms) + n_arcs)[labels]
-    count = np.bincount(roots)
-    # The largest first, and of equal ones that with the first arc: the number of a component depends on nothing else
-    return np.argsort(np.argsort(-count, kind="stable"))[roots]
+    of_dots[doubtful] = set_of_arc[_nearest_arcs(centres, owner[doubtful], arcs[order], first, rolling.arcs)]
+    dots = np.bincount(of_dots, minlength=int(sets.max()) + 1)
+    # Of components with as many dots, that with the first atom comes first
+    first_atom = np.full(len(dots), n_atoms)
+    np.minimum.at(first_atom, sets[contact], rolled.by_position[atom])
+    order = np.lexsort((first_atom, -dots))
+    number = np.argsort(order)
+    return _Found(number[of_dots], number[sets], dots[order], pieces, faces)
 
 
-def _in_order_of_atoms(rolled: Rolled) -> Rolling:
-    """Return a Rolling with the arcs in the order of the atoms as given, which numbers components with as many dots."""
-    rolling = rolled.rolling
-    low = rolled.by_position[rolling.pair].min(axis=1)
-    a, b = (rolling.atoms.centre[rolling.pair[:, k]] for k in range(2))
-    order = np.lexsort((((a - b) ** 2).sum(axis=1), low))
-    return rolling._replace(arcs=rolling.arcs[order], pair=rolling.pair[order])
-
-
-def table_of_components(surface: Surface, component: np.ndarray) -> pd.DataFrame:
-    """Tabulate the components (N,): dots, area (Å²), volume (Å³) and whether each is a cavity, whose normals point inwards."""
+def table_of_components(surface: Surface, rolled: Rolled | None = None) -> pd.DataFrame:
+    """Tabulate the components of all dots of a rolled probe, or as they were placed, as `sparsurf.components` does."""
     import pandas as pd  # here: placing dots needs no table
 
-    return pd.DataFrame(columns_of_components(surface, component))
+    return pd.DataFrame(columns_of_components(surface, rolled)).astype({"handles": "Int64"})
 
 
-def columns_of_components(surface: Surface, component: np.ndarray) -> dict[str, np.ndarray]:
-    """Return the columns of `table_of_components` by name."""
-    volume = _signed_volumes(surface, component)
-    columns: dict[str, np.ndarray] = {"component": np.arange(len(volume)), "dots": np.bincount(component)}
-    columns |= {"area": np.bincount(component, surface.area), "volume": np.abs(volume), "cavity": volume < 0}
-    return columns
+def columns_of_components(surface: Surface, rolled: Rolled | None = None) -> dict[str, np.ndarray]:
+    """Return the columns of `table_of_components` by name; handles are float64, and NaN where they are counted elsewhere."""
+    if rolled is None:
+        assert surface.origin is not None
+        rolled = surface.origin.rolled
+    assert rolled is not None
+    found = _find(surface, rolled)
+    pieces, number, dots = found.pieces, found.of_faces, found.dots
+    shapes = shapes_of(rolled, pieces)
+    handles, narrowest = np.full((2, len(dots)), np.nan)
+    is_known = pieces.n_open == 0 and shapes.agree()
+    if is_known:
+        area, volume = capped_volumes(rolled, pieces, found.faces, number)
+    else:
+        log.warning(
+            "components: four or more atoms touch one probe, so that the handles of this surface cannot be counted, and its "
+            "areas and volumes are sums over its dots; move the atoms by 0.001 Å to count its handles."
+        )
+        area = np.bincount(found.of_dots, surface.area, len(dots))
+        volume = _signed_volumes(surface, found.of_dots, len(dots))
+    rows = np.arange(len(dots))
+    if rolled.cavities == "remove":
+        rows = np.flatnonzero((dots > 0) | (volume > 0))
+    if is_known:
+        kept, faces, chi = np.isin(number, rows), found.faces, shapes.chi.astype(float)
+        if not kept.all():  # the borders to cavities that are left out are closed by discs
+            pieces, n_discs = capped_part(pieces, faces, kept)
+            faces, chi = faces_of_edges(pieces), shapes_of(rolled, pieces).chi + n_discs
+        row = np.full(len(chi), len(dots))
+        np.minimum.at(row, pieces.component, number[kept])
+        handles[row], narrowest[row] = 1 - chi / 2, narrowest_handles(pieces, faces, chi)
+    columns = {
+        "component": np.arange(len(rows)),
+        "dots": dots[rows],
+        "area": area[rows],
+        "volume": np.abs(volume[rows]),
+    }
+    return columns | {
+        "cavity": volume[rows] < 0,
+        "handles": handles[rows],
+        "narrowest_handle": narrowest[rows],
+    }
 
 
-def _signed_volumes(surface: Surface, component: np.ndarray) -> np.ndarray:
-    """Return the volume of the space that each component encloses, Å^3, negative for cavities."""
-    dots = np.bincount(component)
+def _signed_volumes(surface: Surface, component: np.ndarray, n: int = 0) -> np.ndarray:
+    """Return the volume that each of at least n components encloses by its dots, Å^3, negative for cavities."""
+    dots = np.maximum(np.bincount(component, minlength=n), 1)
     flux = np.zeros(len(surface))
     for position, outward in zip(surface.points.T, surface.normals.T, strict=True):
         # from a point near by, small errors of closing stay small
-        centre = np.bincount(component, position) / dots
+        centre = np.bincount(component, position, n) / dots
         flux += (position - centre[component]) * outward
-    return np.bincount(component, flux * surface.area / 3)
+    return np.bincount(component, flux * surface.area / 3, n)
 
 
 def summarize_components(table: pd.DataFrame | dict[str, np.ndarray]) -> dict[str, float | int]:
-    """Return volume (Å^3, of the molecule), components, cavities and cavity_dots of a `table_of_components`, or its columns."""
+    """Return sums over the components of a `table_of_components`, or its columns.
+
+    These are volume (Å^3, of the molecule), components, cavities, cavity_dots, handles (NaN if they are not known) and
+    narrowest_handle (Å, or NaN).
+    """
     cavity = np.asarray(table["cavity"])
+    handles, narrowest = (np.asarray(table[name], float) for name in ("handles", "narrowest_handle"))
     return {
         "volume": float(np.where(cavity, -1, 1) @ np.asarray(table["volume"])),
         "components": len(cavity),
         "cavities": int(cavity.sum()),
         "cavity_dots": int(np.asarray(table["dots"])[cavity].sum()),
+        "handles": float(handles[~np.isnan(handles)].sum()) if np.isfinite(handles).any() else math.nan,
+        "narrowest_handle": float(np.fmin.reduce(narrowest)),
     }
+
+
+def volume_in_words(sums: dict[str, float | int], unit: str = " Å^3") -> str:
+    """Return the volume and the handles of `summarize_components`, as in '7,952 Å^3, 3 handles, the narrowest 0.4 Å wide'."""
+    words, n, width = f"{sums['volume']:,.0f}{unit}", sums["handles"], sums["narrowest_handle"]
+    if math.isnan(n):  # not known, as several atoms touch one probe
+        return words
+    words += f", {pluralise(int(n), 'handle')}"
+    if math.isnan(width):
+        return words
+    return f"{words}, {'the narrowest ' if n > 1 else ''}{width:.1f} Å wide"
 
 
 def on_cavities(surface: Surface, component: np.ndarray) -> np.ndarray:
@@ -393,32 +478,6 @@ def are_accessible(positions: np.ndarray, atoms: RolledAtoms) -> np.ndarray:
 
 
 @njit()
-def _root(joined: np.ndarray, arc: int) -> int:
-    """Return the lowest arc of the set of an arc (union-find with path halving)."""
-    while joined[arc] != arc:
-        joined[arc] = joined[joined[arc]]
-        arc = joined[arc]
-    return arc
-
-
-@njit()
-def set_of_arcs(joined: np.ndarray) -> np.ndarray:
-    """Return the set of every arc, named by its lowest arc."""
-    roots = np.empty_like(joined)
-    for arc in range(len(joined)):
-        roots[arc] = _root(joined, arc)
-    return roots
-
-
-@njit()
-def join_two(joined: np.ndarray, first: int, second: int) -> bool:
-    """Join the sets of two arcs; return whether they were two."""
-    a, b = _root(joined, first), _root(joined, second)
-    joined[max(a, b)] = min(a, b)
-    return a != b
-
-
-@njit()
 def _join(joined: np.ndarray, first: np.ndarray, second: np.ndarray) -> None:
     """Join the sets of pairs of arcs, (n,) each."""
     for k in range(len(first)):
@@ -553,7 +612,7 @@ def _n_covered_parts(axis: np.ndarray, half: np.ndarray) -> int:
     joined, n = np.arange(len(half)), len(half)
     for a in range(len(half)):
         for b in range(a):
-            if _root(joined, a) != _root(joined, b):
+            if root_of(joined, a) != root_of(joined, b):
                 cosine = min(1.0, max(-1.0, dot(point(axis, a), point(axis, b))))
                 if math.acos(cosine) < half[a] + half[b]:
                     join_two(joined, a, b)
@@ -583,7 +642,7 @@ def _join_facing(
         for a in range(b):
             if n_joins == 0:
                 return
-            if _root(loop, owner[a]) != _root(loop, owner[b]) and _is_free(
+            if root_of(loop, owner[a]) != root_of(loop, owner[b]) and _is_free(
                 point(points, a), point(points, b), axis_of_cap, cosine_of_cap
             ):
                 join_two(loop, owner[a], owner[b])

@@ -22,8 +22,6 @@ from typing import NamedTuple
 import numpy as np
 
 from sparsurf.kernels import njit
-from sparsurf.surfaces.areas import POLE, cone, triangle
-from sparsurf.surfaces.components import join_two, set_of_arcs
 from sparsurf.surfaces.dot_placement import Rolled, band_area
 from sparsurf.surfaces.grid import PointGrid, columns_around, in_column
 from sparsurf.surfaces.rolling_probe import (
@@ -45,17 +43,22 @@ from sparsurf.surfaces.rolling_probe import (
 )
 from sparsurf.surfaces.surface import CONCAVE, CONTACT, SADDLE
 from sparsurf.surfaces.vectors import (
+    POLE,
     Vector,
     add_scaled,
+    cone,
     cross,
     dot,
     doubled,
+    join_two,
     point,
     scaled,
+    set_of_arcs,
     set_point,
     slots,
     squared_distance,
     subtract,
+    triangle,
     vector_at,
 )
 
@@ -72,7 +75,8 @@ NO_SOLID_ANGLE = 1e-3  # sr; so near to a whole sphere, a piece is one, or nothi
 NEARLY_ONE = (
     0.999  # of the unit sphere; the caps that cover less than NO_SOLID_ANGLE begin at greater heights
 )
-TOLERANCE = 1e-4  # of the Euler characteristic, between both ways to compute it
+TOLERANCE = 1e-3  # of the Euler characteristic, between both ways to compute it
+CLOSING = 1e-6  # of the area, by which a closed surface may miss to close
 
 
 class Pieces(NamedTuple):
@@ -108,7 +112,7 @@ class Pieces(NamedTuple):
 
 
 class ComponentShapes(NamedTuple):
-    """What the pieces of each of C components say exactly."""
+    """What the pieces of each of C components, or other parts of a surface, say exactly."""
 
     area: np.ndarray  # (C,) float64, Å^2
     volume: np.ndarray  # (C,) float64, Å^3, negative where the molecule surrounds the component
@@ -117,6 +121,11 @@ class ComponentShapes(NamedTuple):
     closing: (
         np.ndarray
     )  # (C,) float64, Å^2, length of the sum of the vector areas, which is 0 of a closed surface
+
+    def agree(self) -> bool:
+        """Return whether all components close, and both ways to count handles agree."""
+        scale = CLOSING * (1 + self.area.max(initial=0.0))
+        return bool((np.abs(self.curvature - self.chi) < TOLERANCE).all() and (self.closing < scale).all())
 
 
 class _Places(NamedTuple):
@@ -147,7 +156,7 @@ def pieces_of(rolled: Rolled) -> Pieces:
     cusps = circles[stays], np.where(ends < 0, -1, ends + len(corners))[stays], owner[stays]
     apex = np.where(apex < 0, -1, apex + len(corners))
     edges, of_arc = _edges(rolling, places, corner, apex, probe, *cusps)
-    around = arcs_of_atoms(rolling.pair, len(rolled.whole))
+    around = arcs_of_atoms(rolling.pair, len(rolling.atoms.centre))
     groups = _groups(rolling, places, *edges[2:], of_arc, apex, around, rolled.whole, probe)
     group, face_start, loop_start, loop_edges, n_open = _faces(rolling, *edges[:2], groups)
     kind, owner, theta, apex = (column[group] for column in groups[:4])
@@ -158,15 +167,158 @@ def pieces_of(rolled: Rolled) -> Pieces:
     return Pieces(vertices, *edges, kind, owner, theta, apex, *loops, solid, component, n_open + n_lost)
 
 
-def shapes_of(rolled: Rolled, pieces: Pieces) -> ComponentShapes:
-    """Compute the areas, volumes and Euler characteristics of the components of the pieces of a rolled probe."""
-    p = pieces
-    n = int(p.component.max(initial=-1)) + 1
+def shapes_of(rolled: Rolled, pieces: Pieces, label: np.ndarray | None = None) -> ComponentShapes:
+    """Compute what the pieces of a rolled probe say of each component, or of the parts that labels of faces divide."""
+    p, label = pieces, pieces.component if label is None else label
+    n = int(label.max(initial=-1)) + 1
     faces = p.face_kind, p.face_owner, p.theta, p.apex, p.face_start, p.loop_start, p.loop_edges
-    sums = _sums(rolled.rolling, rolled.probe, *p[:4], *faces, p.solid, p.component, n)
+    sums = _sums(rolled.rolling, rolled.probe, *p[:4], *faces, p.solid, moments_of(p.circles), label, n)
     area, flux, chi, curvature = sums[:, :4].T
     closing = np.linalg.norm(sums[:, 4:], axis=1)
     return ComponentShapes(area, flux / 3, chi.round().astype(np.int64), curvature / (2 * math.pi), closing)
+
+
+def moments_of(circles: np.ndarray) -> np.ndarray:
+    """Return half of the integral of x cross dx along each edge, (E, 3), Å^2: these sum to the vector area that a loop spans."""
+    outward = [
+        np.cos(circles[:, k, None]) * circles[:, E1:E2] + np.sin(circles[:, k, None]) * circles[:, E2:RADIUS]
+        for k in (LOW, HIGH)
+    ]
+    radius, turn = circles[:, RADIUS, None], (circles[:, HIGH] - circles[:, LOW])[:, None]
+    across = np.cross(circles[:, T:E1], radius * (outward[1] - outward[0]))
+    moments: np.ndarray = (across + radius**2 * turn * np.cross(circles[:, E1:E2], circles[:, E2:RADIUS])) / 2
+    return moments
+
+
+def faces_of_edges(pieces: Pieces) -> np.ndarray:
+    """Return the faces on the left and the right of each edge, (E, 2), as seen from outside of the molecule."""
+    first = pieces.loop_start[pieces.face_start]
+    face = np.repeat(np.arange(len(pieces.face_kind)), np.diff(first))
+    side = (pieces.loop_edges % 2) ^ (pieces.face_kind[face] == CONCAVE)
+    faces = np.full((len(pieces.circles), 2), -1)
+    faces[pieces.loop_edges // 2, side] = face
+    return faces
+
+
+def rolled_sets(pieces: Pieces, faces: np.ndarray) -> np.ndarray:
+    """Return, for each face, (F,), the set of positions between which the probe rolls: cusp arcs join none."""
+    label = np.arange(len(pieces.face_kind))
+    for kind in (SADDLE, CONCAVE):  # parts of one saddle, or of one concave piece
+        of_kind = np.flatnonzero(pieces.face_kind == kind)
+        _, first, number = np.unique(pieces.face_owner[of_kind], return_index=True, return_inverse=True)
+        label[of_kind] = of_kind[first[number]]
+    rolled = faces[pieces.edge_kind != CUSP_ARC]
+    return np.unique(_joined(label, rolled), return_inverse=True)[1]
+
+
+@njit()
+def _joined(label: np.ndarray, pairs: np.ndarray) -> np.ndarray:
+    """Return the set of each face, named by its lowest one, where the pairs of faces are joined as well, unless one is -1."""
+    joined = label.copy()
+    for k in range(len(pairs)):
+        if pairs[k, 0] >= 0 and pairs[k, 1] >= 0:
+            join_two(joined, pairs[k, 0], pairs[k, 1])
+    return set_of_arcs(joined)
+
+
+def capped_volumes(
+    rolled: Rolled, pieces: Pieces, faces: np.ndarray, label: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Compute the area, Å^2, and the volume, Å^3, of the parts of a surface that the labels of its faces, (F,), divide.
+
+    Two parts that meet on a circle of a cusp are closed there by its flat disc, and on cusps of several arcs by cones over these.
+    So the volumes sum to that of the whole surface.
+    """
+    shapes = shapes_of(rolled, pieces, label)
+    volume, border = shapes.volume.copy(), np.flatnonzero(label[faces[:, 0]] != label[faces[:, 1]])
+    if len(border):
+        circles = pieces.circles[border]
+        group = np.unique(_chained(pieces.ends[border]), return_inverse=True)[1]
+        phi = (circles[:, LOW] + circles[:, HIGH])[:, None] / 2
+        middle = circles[:, T:E1] + circles[:, RADIUS, None] * (
+            np.cos(phi) * circles[:, E1:E2] + np.sin(phi) * circles[:, E2:RADIUS]
+        )
+        tip = (
+            np.stack([np.bincount(group, column) for column in middle.T], axis=1)
+            / np.bincount(group)[:, None]
+        )
+        flux = (tip[group] * moments_of(circles)).sum(axis=1) / 3
+        volume += np.bincount(label[faces[border, 1]], flux, len(volume))
+        volume -= np.bincount(label[faces[border, 0]], flux, len(volume))
+    return shapes.area, volume
+
+
+def capped_part(pieces: Pieces, faces: np.ndarray, kept: np.ndarray) -> tuple[Pieces, np.ndarray]:
+    """Return the pieces of some faces, (F,) bool, and how many borders of each of its components are closed by discs, (C,).
+
+    Where a border is no simple loop, NaN takes the place of the number.
+    """
+    n_loops, first = np.diff(pieces.face_start), pieces.loop_start[pieces.face_start]
+    of_kept = np.repeat(kept, n_loops)
+    start = np.append(0, np.cumsum(n_loops[kept]))
+    loop_start = np.append(0, np.cumsum(np.diff(pieces.loop_start)[of_kept]))
+    edges = pieces.loop_edges[np.repeat(kept, np.diff(first))]
+    number = np.append(np.where(kept, np.cumsum(kept) - 1, -1), -1)[faces]
+    component = np.unique(_joined(np.arange(kept.sum()), number), return_inverse=True)[1]
+    part = pieces._replace(
+        face_kind=pieces.face_kind[kept],
+        face_owner=pieces.face_owner[kept],
+        theta=pieces.theta[kept],
+        apex=pieces.apex[kept],
+        face_start=start,
+        loop_start=loop_start,
+        loop_edges=edges,
+        solid=pieces.solid[kept],
+        component=component,
+    )
+    border = np.flatnonzero((number < 0).any(axis=1) & (number >= 0).any(axis=1))
+    ends = pieces.ends[border]
+    group = np.unique(_chained(ends), return_index=True)[1]
+    n_borders = np.bincount(
+        component[number[border[group]].max(axis=1)], minlength=int(component.max(initial=-1)) + 1
+    )
+    is_simple = (np.unique(ends[ends >= 0], return_counts=True)[1] == 2).all()
+    return part, n_borders.astype(float) if is_simple else np.full(len(n_borders), np.nan)
+
+
+@njit()
+def _chained(ends: np.ndarray) -> np.ndarray:
+    """Return the set of each edge, named by its lowest one, where edges that share a vertex are joined."""
+    joined = np.arange(len(ends))
+    for e in range(len(ends)):
+        for f in range(e if ends[e, 0] >= 0 else 0):
+            for k in range(4):
+                if ends[e, k // 2] == ends[f, k % 2]:
+                    join_two(joined, e, f)
+    return set_of_arcs(joined)
+
+
+def narrowest_handles(pieces: Pieces, faces: np.ndarray, chi: np.ndarray) -> np.ndarray:
+    """Return the width of the narrowest cusp around a handle of each component, (C,) Å, or NaN.
+
+    A closed cusp on one concave piece goes around a handle if the surface holds together when it is cut there. The width is the
+    diameter of a circle that spans as much area.
+    """
+    loop_of = np.repeat(np.arange(len(pieces.loop_start) - 1), np.diff(pieces.loop_start))
+    first, edges = pieces.loop_start, pieces.loop_edges // 2
+    steps = moments_of(pieces.circles)[edges] * (1.0 - 2.0 * (pieces.loop_edges % 2))[:, None]
+    spanned = np.stack([np.bincount(loop_of, column, len(first) - 1) for column in steps.T], axis=1)
+    n_other = np.bincount(loop_of, pieces.edge_kind[edges] != CUSP_ARC, len(first) - 1)
+    width = 2 * np.sqrt(np.linalg.norm(spanned, axis=1) / math.pi)
+    component = np.repeat(pieces.component, np.diff(pieces.face_start))
+    chosen = np.flatnonzero((n_other == 0) & (chi[component] < 2))
+    chosen = chosen[np.argsort(width[chosen], kind="stable")]
+    narrowest = np.full(len(chi), np.nan)
+    for loop in chosen.tolist():  # few
+        cut = edges[first[loop] : first[loop + 1]]
+        if np.isnan(narrowest[component[loop]]) and (faces[cut] >= 0).all():
+            left, right = faces[cut[0]]
+            rest = faces.copy()
+            rest[cut] = -1
+            root = _joined(np.arange(len(pieces.face_kind)), rest)
+            if root[left] == root[right]:
+                narrowest[component[loop]] = width[loop]
+    return narrowest
 
 
 @njit()
@@ -835,11 +987,12 @@ def _cusps_of_places(kind: np.ndarray, owner: np.ndarray, n_places: int) -> tupl
 @njit()
 def _cone_of(circle: np.ndarray, is_back: bool, centre: Vector, radius: float, is_great: bool) -> float:
     """Return the signed area between the pole and a directed edge of a piece of a sphere, on the unit sphere."""
-    if is_great:
-        a = scaled(1 / radius, subtract(_on(circle, circle[HIGH if is_back else LOW]), centre))
-        b = scaled(1 / radius, subtract(_on(circle, circle[LOW if is_back else HIGH]), centre))
-        return triangle(POLE, a, b)
     e1, e2 = vector_at(circle, E1), vector_at(circle, E2)
+    if is_great:  # also where the probe is a point
+        first, last = circle[HIGH if is_back else LOW], circle[LOW if is_back else HIGH]
+        a = add_scaled(scaled(math.cos(first), e1), math.sin(first), e2)
+        b = add_scaled(scaled(math.cos(last), e1), math.sin(last), e2)
+        return triangle(POLE, a, b)
     axis = cross(e1, e2)
     height = dot(axis, subtract(vector_at(circle, T), centre)) / radius
     if is_back:
@@ -862,7 +1015,7 @@ def _joined_faces(
     """Return the solid angle, area and component of each face, and how many edges are not once in each sense in two faces."""
     circles, kind = edges[0], edges[2]
     n = len(face_kind)
-    solid, area, joined = np.full(n, np.nan), np.empty(n), np.arange(n)
+    solid, area = np.full(n, np.nan), np.empty(n)
     faces = np.full((len(circles), 2), -1)
     n_lost = 0
     for f in range(n):
@@ -881,7 +1034,8 @@ def _joined_faces(
             faces[edge, side] = f
             if face_kind[f] != SADDLE:
                 total += _cone_of(circles[edge], back == 1, centre, radius, kind[edge] == PROBE_ARC)
-                least = min(least, _height_of_cap(circles[edge], back, centre) / radius)
+                height = _height_of_cap(circles[edge], back, centre)
+                least = min(least, height / radius if is_contact else 0.0)
         if face_kind[f] == SADDLE:
             area[f] = band_area(arc[ARC_RADIUS], probe, arc[PHI_1] - arc[PHI_0], theta[f, 0], theta[f, 1])
         else:
@@ -892,11 +1046,8 @@ def _joined_faces(
                 total = 0.0
             solid[f], area[f] = total, total * radius * radius
     for edge in range(len(circles)):
-        if faces[edge, 0] < 0 or faces[edge, 1] < 0:
-            n_lost += 1
-        else:
-            join_two(joined, faces[edge, 0], faces[edge, 1])
-    component, number, n_components = set_of_arcs(joined), np.empty(n, np.int64), 0
+        n_lost += min(faces[edge, 0], faces[edge, 1]) < 0
+    component, number, n_components = _joined(np.arange(n), faces), np.empty(n, np.int64), 0
     for f in range(n):
         if component[f] == f:
             number[f], n_components = n_components, n_components + 1
@@ -926,20 +1077,15 @@ def _sums(
     loop_start: np.ndarray,
     loop_edges: np.ndarray,
     solid: np.ndarray,
+    moments: np.ndarray,
     component: np.ndarray,
     n_components: int,
 ) -> np.ndarray:
     """Sum over the pieces of each component: area, three volumes, chi, curvature and vector area, (n, 7)."""
     sums = np.zeros((n_components, 7))
     seen, is_smooth = np.zeros(len(vertices), np.bool_), np.zeros(len(vertices), np.bool_)
-    flux = np.empty((len(circles), 3))
+    counted = np.zeros(len(circles), np.bool_)
     for e in range(len(circles)):
-        circle, low, high = circles[e], circles[e, LOW], circles[e, HIGH]
-        a, b = _on(circle, low), _on(circle, high)
-        whole = scaled(
-            circle[RADIUS] ** 2 * (high - low) / 2, cross(vector_at(circle, E1), vector_at(circle, E2))
-        )
-        set_point(flux, e, add_scaled(whole, 0.5, cross(vector_at(circle, T), subtract(b, a))))
         if edge_kind[e] == CONTACT_ARC and ends[e, 0] >= 0:
             is_smooth[ends[e, 0]], is_smooth[ends[e, 1]] = True, True
     for f in range(len(face_kind)):
@@ -956,9 +1102,10 @@ def _sums(
             low, high = loop_start[loop], loop_start[loop + 1]
             for k in range(low, high):
                 e, back = loop_edges[k] // 2, loop_edges[k] % 2
-                v = add_scaled(v, 1.0 - 2.0 * back, point(flux, e))
+                v = add_scaled(v, 1.0 - 2.0 * back, point(moments, e))
                 if ends[e, 0] >= 0:
-                    row[2] -= 0.5
+                    row[2] -= 0.0 if counted[e] else 1.0
+                    counted[e] = True
                     for end in range(2):
                         vertex = ends[e, end]
                         if not seen[vertex]:

@@ -25,7 +25,7 @@ from sparsurf.arguments import Cavities, RadiiTable, index_array
 from sparsurf.display import Shown
 from sparsurf.errors import InputError
 from sparsurf.kernels import njit
-from sparsurf.surfaces.components import joined_arcs, label_centres, set_of_arcs
+from sparsurf.surfaces.components import joined_arcs, label_centres
 from sparsurf.surfaces.dot_placement import Rolled, roll_checked
 from sparsurf.surfaces.grid import PointGrid, columns_around, in_column, sort_into_grid
 from sparsurf.surfaces.rolling_probe import (
@@ -43,7 +43,7 @@ from sparsurf.surfaces.rolling_probe import (
 )
 from sparsurf.surfaces.spheres import Spheres
 from sparsurf.surfaces.surface import Placement, Rules, Surface
-from sparsurf.surfaces.vectors import point, slots, squared_distance, vector_at
+from sparsurf.surfaces.vectors import point, set_of_arcs, slots, squared_distance, vector_at
 
 if TYPE_CHECKING:
     import pandas as pd

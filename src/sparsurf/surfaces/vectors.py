@@ -1,12 +1,16 @@
-"""Tools that the kernels of the molecular surface share: vectors as tuples, and growing arrays."""
+"""Tools that the kernels of the molecular surface share: vectors as tuples, growing arrays, sets and solid angles."""
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 
 from sparsurf.kernels import njit
 
 Vector = tuple[float, float, float]
+POLE = (0.36, 0.48, 0.8)  # of the cones, a unit vector in no special direction
+LONGEST_PIECE = 2.0  # rad, of an arc under one cone; the ends of a longer one may lie opposite to each other
 
 
 @njit()
@@ -77,3 +81,56 @@ def doubled(rows: np.ndarray) -> np.ndarray:
         for k in range(rows.shape[1]):
             longer[i, k] = rows[i, k]
     return longer
+
+
+@njit()
+def root_of(joined: np.ndarray, arc: int) -> int:
+    """Return the lowest arc of the set of an arc (union-find with path halving)."""
+    while joined[arc] != arc:
+        joined[arc] = joined[joined[arc]]
+        arc = joined[arc]
+    return arc
+
+
+@njit()
+def set_of_arcs(joined: np.ndarray) -> np.ndarray:
+    """Return the set of every arc, named by its lowest arc."""
+    roots = np.empty_like(joined)
+    for arc in range(len(joined)):
+        roots[arc] = root_of(joined, arc)
+    return roots
+
+
+@njit()
+def join_two(joined: np.ndarray, first: int, second: int) -> bool:
+    """Join the sets of two arcs; return whether they were two."""
+    a, b = root_of(joined, first), root_of(joined, second)
+    joined[max(a, b)] = min(a, b)
+    return a != b
+
+
+@njit()
+def triangle(a: Vector, b: Vector, c: Vector) -> float:
+    """Return the signed area of a triangle on the unit sphere, positive counterclockwise, up to a multiple of 4 pi."""
+    return 2 * math.atan2(dot(a, cross(b, c)), 1 + dot(a, b) + dot(b, c) + dot(c, a))
+
+
+@njit()
+def cone(axis: Vector, height: float, e1: Vector, e2: Vector, low: float, high: float) -> float:
+    """Return the signed area between the pole and an arc of a circle on the unit sphere, outside of its cap on the left.
+
+    The cap lies beyond `height` along the axis. Positions on the circle are height axis + r (cos phi e1 + sin phi e2), where
+    e2 = e1 x axis.
+    """
+    radius = math.sqrt(max(0.0, 1 - height * height))
+    n = max(1, math.ceil((high - low) / LONGEST_PIECE))
+    middle, opposite = scaled(height, axis), (-axis[0], -axis[1], -axis[2])
+    area, previous = (1 + height) * (high - low), (0.0, 0.0, 0.0)
+    for k in range(n + 1):
+        phi = low + (high - low) * k / n
+        position = add_scaled(middle, radius * math.cos(phi), e1)
+        position = add_scaled(position, radius * math.sin(phi), e2)
+        if k > 0:
+            area += triangle(POLE, previous, position) - triangle(opposite, previous, position)
+        previous = position
+    return area

@@ -17,7 +17,7 @@ import pandas as pd
 from sparsurf.errors import InputError
 from sparsurf.evaluation.floors import FRESH
 from sparsurf.sampling.combination import PARAMETERS, Combination
-from sparsurf.surfaces.components import stored_components, summarize_components, table_of_components
+from sparsurf.surfaces.components import summarize_components
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.spacing import spacing
 from sparsurf_study.analysis.relation import relate_to_roughness
@@ -58,7 +58,6 @@ def read_result(folder: Path | str, sampled: bool = True, minimal: bool = True) 
 
     try:
         surface = read_npz(folder / "surface.npz")
-        component = stored_components(surface)
         residues = optional_table("residues") if minimal else None
         result = SurfaceResult(
             folder.parent.name,
@@ -69,7 +68,7 @@ def read_result(folder: Path | str, sampled: bool = True, minimal: bool = True) 
             float(read_roughness(folder / "roughness.csv", surface).mean()),
             minimal=optional_table("minimal") if minimal else None,
             recovered=optional_table("recovered") if minimal else None,
-            components=None if component is None else table_of_components(surface, component),
+            components=optional_table("components"),
         )
         if not sampled:
             return result

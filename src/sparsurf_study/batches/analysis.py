@@ -59,7 +59,7 @@ def analyse_structure(structure: Structure, settings: Settings, seed: int) -> di
         "masked_residues": molecule.masked_residues,
         "N": len(dots),
         "area": dots.total_area,
-        **summarize_components(table_of_components(dots, component)),
+        **summarize_components(table_of_components(dots)),
         "spacing": spacing(dots.points),
         "mean_roughness": float(found.roughness.mean()),
         "minimal_n_S": len(few),

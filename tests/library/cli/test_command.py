@@ -24,6 +24,7 @@ from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.recovery.errors import distance_to_recovered
 from sparsurf.recovery.reconstructing import reconstruct
 from sparsurf.settings import Settings
+from sparsurf.surfaces.components import summarize_components, volume_in_words
 from sparsurf.views.numbers import number
 from sparsurf_study.batches.analysis import Structure, analyse_batch
 from sparsurf_study.batches.tables import write_parquet
@@ -374,7 +375,7 @@ def test_each_command_reports_what_it_wrote(folder, tmp_path, monkeypatch, capfd
         sparsurf.minimal(dots, error=0.2, reconstruction="interpolant"),
     )
     low, high = (number(100 * end / len(dots), 1) for end in interpolated.interval)
-    volume = sparsurf.components(dots)[1]["volume"].sum()
+    volume = volume_in_words(summarize_components(sparsurf.components(dots)[1]))
     dense, share = sparsurf.recover(few), reconstruct(few).share
     assert 0.5 < share < 0.99
 
@@ -385,7 +386,7 @@ def test_each_command_reports_what_it_wrote(folder, tmp_path, monkeypatch, capfd
         )  # two digits that are not leading zeros
 
     words = {
-        "surface protein.pdb": f"{len(dots):,} dots, {dots.total_area:,.0f} Å^2, {volume:,.0f} Å^3, 1 component",
+        "surface protein.pdb": f"{len(dots):,} dots, {dots.total_area:,.0f} Å^2, {volume}; 1 component",
         "surface protein.pdb --residues 211-212": f"{len(part):,} of {len(dots):,} dots, {of_part:,.0f} Å^2 of "
         f"{dots.total_area:,.0f} Å^2",
         "surface protein.pdb --mesh": f"{len(mesh.triangles):,} triangles, {mesh.volume:,.0f} Å^3",

@@ -191,10 +191,17 @@ def test_the_row_of_a_surface_is_what_its_files_hold(tmp_path):
     assert row[["N", "area", "mean_roughness"]].tolist() == pytest.approx([1000, 250, 0.4])
     assert row["best_full"] == str(Combination.from_row(one.best["full"]["unrestricted"]))
     assert "cavities" not in row
-    surface = read_npz(folder / "surface.npz")
-    write_npz(folder / "surface.npz", replace(surface, fields={"component": np.arange(1000) >= 900}))
+    parts = {
+        "component": [0, 1],
+        "dots": [900, 100],
+        "area": [200.0, 50.0],
+        "volume": [500.0, 20.0],
+        "cavity": [False, True],
+    }
+    parts |= {"handles": [2, None], "narrowest_handle": [0.5, None]}
+    pd.DataFrame(parts).astype({"handles": "Int64"}).to_csv(folder / "components.csv", index=False)
     row = summary.surfaces_table([summary.read_result(folder)]).iloc[0]
-    assert row["components"] == 2 and row["volume"] != 0
+    assert row["components"] == 2 and row["volume"] == 480
     assert row["area"] == pytest.approx(250)  # of all components
 
 
@@ -235,7 +242,14 @@ def test_the_row_of_a_surface_has_its_subset_its_errors_and_its_floor():
         }
         | {"n_S_percent": [4.0, np.nan], "Z_published": [0.5, np.nan], "Z_rotation_robust": [0.25, np.nan]}
     )
-    components = pd.DataFrame({"dots": [900, 100], "volume": [500.0, 20.0], "cavity": [False, True]})
+    components = {
+        "dots": [900, 100],
+        "volume": [500.0, 20.0],
+        "cavity": [False, True],
+        "handles": 0,
+        "narrowest_handle": 0.5,
+    }
+    components = pd.DataFrame(components)
     whole = result("q/c1", 0.5, 2)
     whole = replace(
         whole, n_dots=800, minimal=pd.DataFrame({"dot": range(32)}), recovered=recovered, components=components,

@@ -60,6 +60,7 @@ class Extent(NamedTuple):
     is_known: bool = False  # whether these dots stand for a whole surface
     selected_of: int = 0  # number of dots of the whole, if they are a selection
     cavities_are_removed: bool = False
+    volume: str = ""  # exact, with the handles, of a whole surface on atoms
 
 
 class Facts(NamedTuple):
