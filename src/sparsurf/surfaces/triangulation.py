@@ -208,10 +208,21 @@ def _axis(pieces: Pieces, rolling: Rolling, f: int) -> Vector:
     """Return the axis of the projection of a face, whose opposite lies outside of it."""
     owner = pieces.face_owner[f]
     if pieces.face_kind[f] == CONCAVE:
-        total = (0.0, 0.0, 0.0)
+        probe, total, nearest = point(rolling.probes, owner), (0.0, 0.0, 0.0), np.inf
         for c in range(3):
-            v = subtract(point(rolling.atoms.centre, rolling.triple[owner, c]), point(rolling.probes, owner))
+            v = subtract(point(rolling.atoms.centre, rolling.triple[owner, c]), probe)
             total = add_scaled(total, 1 / math.sqrt(dot(v, v)), v)
+        for loop in slots(pieces.face_start, f):
+            for d in slots(pieces.loop_start, loop):
+                e = pieces.loop_edges[d] // 2
+                if pieces.edge_kind[e] == PROBE_ARC:
+                    return scaled(1 / math.sqrt(dot(total, total)), total)
+        # A probe that four atoms hold has no sides: its face is the sphere outside of the other probes that cut it
+        for loop in slots(pieces.face_start, f):
+            for d in slots(pieces.loop_start, loop):
+                v = subtract(probe, vector_at(pieces.circles[pieces.loop_edges[d] // 2], T))
+                if dot(v, v) < nearest:
+                    total, nearest = v, dot(v, v)
         return scaled(1 / math.sqrt(dot(total, total)), total)
     best, axis = 2.0, (0.0, 0.0, 1.0)
     for loop in slots(pieces.face_start, f):
