@@ -77,6 +77,9 @@ FULL_GRID = ([0.1, 0.2, 0.4, 0.6, 0.8, 1.0], [0.0, 0.2, 0.4, 0.6, 0.8, 1.0], ran
 BEST_COMBINATION = np.array([[1.0, 0.0, 6.0, 0.0]])  # the paper's best combination
 COMMANDS = (
     "surface {} -o dots.npz",
+    "areas {} -o areas.csv",
+    "residues {} -o residues.csv",
+    "atoms {} -o atoms.xyzr",
     "points {} -n 512 -o points.npz",
     "roughness {} -o roughness.npz",
     "minimal {} --percent 10 -o minimal.npz",

@@ -33,7 +33,7 @@ from sparsurf.dot_fields.maps import is_map
 from sparsurf.dot_fields.named_fields import FieldLike, compute_fields
 from sparsurf.errors import InputError, argument
 from sparsurf.evaluation.minimal_subset import Subset
-from sparsurf.evaluation.residues import residue_table
+from sparsurf.evaluation.residues import residue_columns, residue_table
 from sparsurf.settings import PatchesSettings
 from sparsurf.suggestions import F, public
 from sparsurf.surfaces.chosen_points import Points
@@ -218,6 +218,19 @@ def residues(
     >>> len(table), list(table)[:4]
     (61, ['chain', 'residue', 'residue_name', 'area'])
     """
+    import pandas as pd  # here: it takes long to load
+
+    return pd.DataFrame(columns_of_residues(molecule, dots, roughness_values, kept, weight))
+
+
+def columns_of_residues(
+    molecule: SurfaceLike | Mesh | None,
+    dots: DotsLike | Mesh | None = None,
+    roughness_values: ArrayLike | None = None,
+    kept: ArrayLike | Subset = (),
+    weight: ArrayLike | None = None,
+) -> dict[str, Any]:
+    """Return the columns of `residues` by name."""
     given = molecule if dots is None else dots
     if given is None:
         raise InputError("residues needs a molecule, or dots that carry theirs.")
@@ -239,15 +252,18 @@ def residues(
     values, whole, of_whole = _roughness_of(surface, roughness_values, is_sparse)
     component = surface.placed.components(surface) if surface.placed else None
     if whole is None or whole.surface is surface:
-        table = residue_table(surface, values, atoms, dots_kept, weights, component)
+        table: dict[str, Any] = residue_columns(surface, values, atoms, dots_kept, weights, component)
     else:
         cavity = whole.cavity[whole.nearest]
-        table = residue_table(surface, values, atoms, dots_kept, weights, component, cavity)
+        of_dots = residue_table(surface, values, atoms, dots_kept, weights, component, cavity)
         if np.allclose(values, of_whole[whole.nearest], atol=1e-6):
-            table = whole.with_roughness(table, of_whole, atoms)
+            of_dots = whole.with_roughness(of_dots, of_whole, atoms)
+        table = {str(name): column for name, column in of_dots.items()}
     if surface.origin and surface.molecule is not None:
         of_atoms = depth_of_atoms(surface.origin.xyz, surface.origin.radii, surface.origin.rules.probe_radius)
-        table.insert(list(table).index("dots"), "depth", depth_of_residues(atoms, of_atoms))
+        following = [*table][[*table].index("dots") :]
+        table["depth"] = depth_of_residues(atoms, of_atoms)
+        table |= {name: table.pop(name) for name in following}
     return table
 
 

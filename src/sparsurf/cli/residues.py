@@ -52,21 +52,26 @@ def run(args: argparse.Namespace) -> None:
     table, surface, molecule = _computed(args)
     of_column = {"column": args.column, "molecule": molecule, "frame": args.frame or 0}
     writing.write_table(args.output, table, about=options.about(args), surface=surface, **of_column)
-    outputs.report(args, f"{pluralise(len(table), 'residue', separator=',')}, {table['area'].sum():,.0f} Å^2")
+    outputs.report(
+        args, f"{pluralise(len(table['area']), 'residue', separator=',')}, {table['area'].sum():,.0f} Å^2"
+    )
 
 
 def _computed(args: argparse.Namespace) -> tuple[Any, Any, Any]:
-    """Return the table of the residues of FILE, the surface and the molecule."""
+    """Return the columns of the residues of FILE, the surface and the molecule."""
     surface, molecule = options.read_dots(args)
     if molecule is None:
         raise InputError(
             f"{args.file} holds dots, which have no residues; give the structure that they lie on."
         )
-    from sparsurf.api.fields import residues  # here: wrong arguments need no numba
+    from sparsurf.api.fields import columns_of_residues  # here: wrong arguments need no numba
 
     options.say(f"roughness of {len(surface):,} dots")
-    table = residues(options.with_requested_fields(args, surface, molecule))
-    table = table.drop(columns=["kept", "weight"])  # of a subset
+    table = columns_of_residues(options.with_requested_fields(args, surface, molecule))
+    del table["kept"], table["weight"]  # of a subset
     if args.residues is not None:
-        table = table.iloc[np.unique(molecule.residue_index[options.requested_atoms(args, molecule)])]
+        import pandas as pd  # here: it takes long to load; its index tells a page which residues these are
+
+        rows = np.unique(molecule.residue_index[options.requested_atoms(args, molecule)])
+        return pd.DataFrame(table).iloc[rows], surface, molecule
     return table, surface, molecule

@@ -35,7 +35,7 @@ def depth_below(dots: Surface, xyz: np.ndarray) -> np.ndarray:
 
 def depth_of_residues(molecule: Molecule, depth: np.ndarray) -> np.ndarray:
     """Return the mean depth of the atoms of each residue, (n,), Å."""
-    n = len(molecule.residues)
+    n = molecule.n_residues
     return np.bincount(molecule.residue_index, depth, n) / np.bincount(molecule.residue_index, minlength=n)
 
 

@@ -1,14 +1,16 @@
 """Choose the minimal subset of a surface and measure its errors, for the study, its batches, functions and commands."""
 
+from __future__ import annotations
+
 import logging
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pandas as pd
 from numpy.typing import DTypeLike, NDArray
 
 from sparsurf import registry
@@ -40,6 +42,9 @@ from sparsurf.settings import DECISIONS, TAIL_PER_ERROR, Minimal, Settings
 from sparsurf.streams import Streams
 from sparsurf.surfaces.radii import radii as radii_of
 from sparsurf.surfaces.surface import Surface, SurfaceOrigin, largest_area
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 log = logging.getLogger("sparsurf")
 
@@ -353,6 +358,8 @@ def subset_table(
     dots: NDArray[np.int64], weight: np.ndarray, kept: Surface, molecule: Molecule | None = None
 ) -> pd.DataFrame:
     """Return the rows of minimal.csv, with residues if the molecule is known; other arguments are parts of a `Subset`."""
+    import pandas as pd  # here: it takes long to load
+
     table = pd.DataFrame({"dot": dots})
     table[["x", "y", "z"]], table[["nx", "ny", "nz"]] = kept.points, kept.normals
     table["weight"] = weight

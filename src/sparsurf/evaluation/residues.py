@@ -1,18 +1,32 @@
 """The surface by residue: area, roughness and number of kept dots."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pandas as pd
 
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.surfaces.components import fields_without_component, on_cavities
 from sparsurf.surfaces.surface import CONCAVE, CONTACT, SADDLE, Surface
 
+if TYPE_CHECKING:
+    import pandas as pd
+
 KIND_NUMBERS = {"contact": CONTACT, "saddle": SADDLE, "concave": CONCAVE}
 
 
 def residue_table(
+    surface: Surface, roughness: np.ndarray, molecule: Molecule, *of_dots: Any, **named: Any
+) -> pd.DataFrame:
+    """Return the `residue_columns` of the same arguments as a DataFrame."""
+    import pandas as pd  # here: it takes long to load
+
+    return pd.DataFrame(residue_columns(surface, roughness, molecule, *of_dots, **named))
+
+
+def residue_columns(
     surface: Surface,
     roughness: np.ndarray,
     molecule: Molecule,
@@ -21,8 +35,8 @@ def residue_table(
     component: np.ndarray | None = None,
     cavity: np.ndarray | None = None,
     areas: np.ndarray | None = None,
-) -> pd.DataFrame:
-    """Tabulate the surface by residue, in the order of the structure.
+) -> dict[str, np.ndarray]:
+    """Tabulate the surface by residue, in the order of the structure, as columns by name.
 
     `roughness` is R_i of the dots, (N,). A residue without dots outside of cavities is buried: its roughness is NaN.
 
@@ -31,8 +45,8 @@ def residue_table(
     of cavities are left out of the roughness. `cavity` (N,) bool says so of dots that are a part of a surface. `areas` (A, 3) are
     the exact areas of the atoms by kind, by default those of dots that carry them; without them, areas are sums over dots.
     """
-    table = molecule.residues
-    n, residue = len(table), molecule.residue_index[surface.atom]
+    table, residue = molecule.residue_columns(), molecule.residue_index[surface.atom]
+    n = len(table["residue"])
     areas = surface.exact_areas if areas is None else areas
     if areas is None:
         by_kind = [
@@ -48,9 +62,13 @@ def residue_table(
         cavity = np.zeros(len(surface), bool) if component is None else on_cavities(surface, component)
     outside = np.where(cavity, np.nan, roughness)
     table["mean_roughness"] = mean_roughness_by_residue(outside, residue, n)
-    table["most_rough"] = pd.Series(outside).groupby(residue).min().reindex(range(n)).to_numpy()
-    for name, values in fields_without_component(surface).items():
-        table[f"mean_{name}"] = pd.Series(values).groupby(residue).mean().reindex(range(n)).to_numpy()
+    table["most_rough"] = np.full(n, np.nan)
+    np.fmin.at(table["most_rough"], residue, outside)
+    if fields := fields_without_component(surface):
+        import pandas as pd  # here: its means are compensated for rounding, and a table without fields has none
+
+        means = {name: pd.Series(values).groupby(residue).mean() for name, values in fields.items()}
+        table |= {f"mean_{name}": mean.reindex(range(n)).to_numpy() for name, mean in means.items()}
     table["dots"] = np.bincount(residue, minlength=n)
     table["cavity_dots"] = np.bincount(residue[cavity], minlength=n)
     kept = np.asarray(kept, int)
@@ -70,6 +88,8 @@ def mean_roughness_by_residue(roughness: np.ndarray, residue: np.ndarray, n: int
 
 def roughness_over_frames(residues: pd.DataFrame, roughness: np.ndarray | pd.DataFrame) -> pd.DataFrame:
     """Summarise the mean R_i of each residue over the frames of a trajectory, (F, n); NaN where it has no dots."""
+    import pandas as pd
+
     values = pd.DataFrame(roughness)
     return residues.assign(
         mean_roughness=values.mean().to_numpy(),

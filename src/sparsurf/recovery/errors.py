@@ -1,9 +1,11 @@
 """Distances between a reconstructed surface and the full one, overall and in clefts, flats and ridges."""
 
+from __future__ import annotations
+
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pandas as pd
 
 from sparsurf.kernels import njit
 from sparsurf.patches.index import R_ZERNIKE, PatchIndex, ball, ball_bound, build_grid, nearest_dots
@@ -13,6 +15,9 @@ from sparsurf.surfaces.molecular_surface import RolledFrame
 from sparsurf.surfaces.spacing import DENSITY
 from sparsurf.surfaces.vectors import point
 from sparsurf.threads import parallel_map
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 # Dots per Å^2 of the reconstructed surface from which errors are measured; three times as many change them by 2 %.
 DENSITY_FOR_ERRORS = 20.0
@@ -125,4 +130,6 @@ def error_table(distance: np.ndarray, curvature: np.ndarray | None, kept: np.nda
                 "largest": errors.max(),
             }
         )
+    import pandas as pd  # here: it takes long to load
+
     return pd.DataFrame(rows)

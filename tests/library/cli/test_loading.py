@@ -61,6 +61,7 @@ MAY_LOAD = {
     "points p.pdb -n 20 -o x.ply": "",
     "surface p.pdb -o x.npz": "",
     "surface p.pdb -o x.ply": "",
+    "residues p.pdb -o x.csv": "pydantic scipy.linalg scipy.spatial",
     "roughness p.pdb -o x.npz": "pydantic",
     "surface p.pdb -o x.csv": "pandas",
     "minimal p.pdb --percent 20 -o x.csv": "pandas pydantic scipy.linalg scipy.spatial numba.np.arraymath",
