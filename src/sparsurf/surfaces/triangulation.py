@@ -80,6 +80,7 @@ HALFWAY = 1e-9  # rad; what lies halfway belongs to the first atom, whatever its
 FEWEST_ROWS = 64  # of arrays that are made longer when they are full
 MAX_DIVISIONS = 8  # of edges whose lines cross, each into twice as many
 RESERVE = 0.95
+FINER, FINEST = 0.75, 0.4  # of a spacing whose triangles do not close, the next one and the last one
 SPACING = 1.13  # Å, times the root of the density
 SURPLUS = 1.16  # vertices at this spacing for each that is requested
 WIDEST_SPACING = 0.8  # Å; triangles of longer edges are collapsed from these
@@ -740,10 +741,14 @@ def _mesh_of_pieces(pieces: Pieces, rolled: Rolled, size: MeshSize, area: float,
         n = n_vertices_of(size, area)
         density = n / area
     spacing = min(WIDEST_SPACING, SPACING / math.sqrt(density))
+    finest = FINEST * spacing
     while True:
         fine = _closed(pieces, rolled, spacing, chi)
-        if fine is None:
-            return _between_dots(rolled, size)
+        if fine is None:  # a chord may cross a narrow face
+            spacing *= FINER
+            if spacing < finest:
+                return _between_dots(rolled, size)
+            continue
         if n is None or fine.n_vertices >= n:
             break
         spacing *= math.sqrt(RESERVE * fine.n_vertices / n)
