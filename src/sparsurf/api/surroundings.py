@@ -142,19 +142,19 @@ def ligands_first(contacts: pd.DataFrame | None, molecule: Molecule) -> tuple[pd
         return contacts, ""
     names = contacts.loc[contacts["number"].isin(ligands), "own"]
     by_ligand = contacts["partner"].isin(names) & ~contacts["number"].isin(ligands)
-    said = []
+    sentences = []
     for name, rows in contacts[by_ligand].groupby("partner", sort=False):
-        most = ", ".join(
+        buried = ", ".join(
             f"{row.residue_name} {row.residue} {row.chain} ({row.mean:.1f}\u00a0Å²)".replace("  ", " ")
             for row in rows.head(MOST_BURIED).itertuples()
         )
-        said.append(
-            (len(rows), f"{name} touches {pluralise(len(rows), 'residue')}, the most buried first: {most}.")
+        sentences.append(
+            (len(rows), f"{name} touches {pluralise(len(rows), 'residue')}, the most buried first: {buried}.")
         )
-    said.sort(key=lambda each: -each[0])
-    texts = [text for _, text in said[:LIGANDS_NAMED]]
-    if len(said) > LIGANDS_NAMED:
-        texts.append(f"The list has those of {pluralise(len(said) - LIGANDS_NAMED, 'further ligand')}.")
+    sentences.sort(key=lambda pair: -pair[0])
+    texts = [text for _, text in sentences[:LIGANDS_NAMED]]
+    if len(sentences) > LIGANDS_NAMED:
+        texts.append(f"The list has those of {pluralise(len(sentences) - LIGANDS_NAMED, 'further ligand')}.")
     order = np.argsort(~by_ligand.to_numpy(), kind="stable")
     return contacts.iloc[order].reset_index(drop=True), " ".join(texts)
 

@@ -224,13 +224,13 @@ def summarize_components(table: pd.DataFrame | dict[str, np.ndarray]) -> dict[st
 
 def volume_in_words(sums: dict[str, float | int], unit: str = " Å^3") -> str:
     """Return the volume and the handles of `summarize_components`, as in '7,952 Å^3, 3 handles, the narrowest 0.4 Å wide'."""
-    words, n, width = f"{sums['volume']:,.0f}{unit}", sums["handles"], sums["narrowest_handle"]
+    text, n, width = f"{sums['volume']:,.0f}{unit}", sums["handles"], sums["narrowest_handle"]
     if math.isnan(n):  # not known, as several atoms touch one probe
-        return words
-    words += f", {pluralise(int(n), 'handle')}"
+        return text
+    text += f", {pluralise(int(n), 'handle')}"
     if math.isnan(width):
-        return words
-    return f"{words}, {'the narrowest ' if n > 1 else ''}{width:.1f} Å wide"
+        return text
+    return f"{text}, {'the narrowest ' if n > 1 else ''}{width:.1f} Å wide"
 
 
 def on_cavities(surface: Surface, component: np.ndarray) -> np.ndarray:

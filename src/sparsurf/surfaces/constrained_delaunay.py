@@ -45,12 +45,12 @@ def _turn(a: int, b: int, c: int, p: np.ndarray) -> float:
 @njit()
 def _in_circle(a: int, b: int, c: int, d: int, p: np.ndarray) -> bool:
     """Return whether d lies inside the circle around the counterclockwise triangle a b c."""
-    ax, ay = p[a, 0] - p[d, 0], p[a, 1] - p[d, 1]
-    bx, by = p[b, 0] - p[d, 0], p[b, 1] - p[d, 1]
-    cx, cy = p[c, 0] - p[d, 0], p[c, 1] - p[d, 1]
-    a2, b2, c2 = ax * ax + ay * ay, bx * bx + by * by, cx * cx + cy * cy
+    ux, uy = p[a, 0] - p[d, 0], p[a, 1] - p[d, 1]
+    vx, vy = p[b, 0] - p[d, 0], p[b, 1] - p[d, 1]
+    wx, wy = p[c, 0] - p[d, 0], p[c, 1] - p[d, 1]
+    a2, b2, c2 = ux * ux + uy * uy, vx * vx + vy * vy, wx * wx + wy * wy
     # of points on one circle, rounding must not decide
-    inside = a2 * (bx * cy - cx * by) - b2 * (ax * cy - cx * ay) + c2 * (ax * by - bx * ay)
+    inside = a2 * (vx * wy - wx * vy) - b2 * (ux * wy - wx * uy) + c2 * (ux * vy - vx * uy)
     return inside > ROUNDING * (a2 + b2 + c2) ** 2
 
 
@@ -61,33 +61,33 @@ def _corner(tri: np.ndarray, t: int, v: int) -> int:
 
 
 @njit()
-def _side(beside: np.ndarray, t: int, o: int) -> int:
+def _side(neighbour: np.ndarray, t: int, o: int) -> int:
     """Return across which side of triangle t the triangle o lies; side k is opposite to corner k."""
-    return 0 if beside[t, 0] == o else (1 if beside[t, 1] == o else 2)
+    return 0 if neighbour[t, 0] == o else (1 if neighbour[t, 1] == o else 2)
 
 
 @njit()
-def _replace_neighbour(beside: np.ndarray, t: int, old: int, new: int) -> None:
+def _replace_neighbour(neighbour: np.ndarray, t: int, old: int, new: int) -> None:
     """Name another triangle beside t."""
     if t != OUTSIDE:
-        beside[t, _side(beside, t, old)] = new
+        neighbour[t, _side(neighbour, t, old)] = new
 
 
 @njit()
-def _flip(tri: np.ndarray, beside: np.ndarray, t: int, k: int, at: np.ndarray) -> int:
+def _flip(tri: np.ndarray, neighbour: np.ndarray, t: int, k: int, triangle_of: np.ndarray) -> int:
     """Turn the edge between triangle t and that across its side k, which is returned, into the other diagonal."""
-    o = beside[t, k]
-    m = _side(beside, o, t)
+    o = neighbour[t, k]
+    m = _side(neighbour, o, t)
     a, b, c, d = tri[t, k], tri[t, (k + 1) % 3], tri[t, (k + 2) % 3], tri[o, m]
-    ab, ca = beside[t, (k + 2) % 3], beside[t, (k + 1) % 3]
-    dc, bd = beside[o, (m + 2) % 3], beside[o, (m + 1) % 3]
+    ab, ca = neighbour[t, (k + 2) % 3], neighbour[t, (k + 1) % 3]
+    dc, bd = neighbour[o, (m + 2) % 3], neighbour[o, (m + 1) % 3]
     tri[t, 0], tri[t, 1], tri[t, 2] = a, b, d
-    beside[t, 0], beside[t, 1], beside[t, 2] = bd, o, ab
+    neighbour[t, 0], neighbour[t, 1], neighbour[t, 2] = bd, o, ab
     tri[o, 0], tri[o, 1], tri[o, 2] = a, d, c
-    beside[o, 0], beside[o, 1], beside[o, 2] = dc, ca, t
-    _replace_neighbour(beside, bd, o, t)
-    _replace_neighbour(beside, ca, t, o)
-    at[a], at[b], at[c], at[d] = t, t, o, t
+    neighbour[o, 0], neighbour[o, 1], neighbour[o, 2] = dc, ca, t
+    _replace_neighbour(neighbour, bd, o, t)
+    _replace_neighbour(neighbour, ca, t, o)
+    triangle_of[a], triangle_of[b], triangle_of[c], triangle_of[d] = t, t, o, t
     return o
 
 
@@ -104,8 +104,8 @@ def _insert(
     n_triangles: int,
     p: np.ndarray,
     tri: np.ndarray,
-    beside: np.ndarray,
-    at: np.ndarray,
+    neighbour: np.ndarray,
+    triangle_of: np.ndarray,
     following: np.ndarray,
     stack: np.ndarray,
 ) -> int:
@@ -114,42 +114,42 @@ def _insert(
     Their numbers are written to `stack`.
     """
     a, b, c = tri[t, 0], tri[t, 1], tri[t, 2]
-    na, nb, nc = beside[t, 0], beside[t, 1], beside[t, 2]
+    na, nb, nc = neighbour[t, 0], neighbour[t, 1], neighbour[t, 2]
     t1, t2 = n_triangles, n_triangles + 1
     tri[t, 0], tri[t, 1], tri[t, 2] = v, b, c
-    beside[t, 0], beside[t, 1], beside[t, 2] = na, t1, t2
+    neighbour[t, 0], neighbour[t, 1], neighbour[t, 2] = na, t1, t2
     tri[t1, 0], tri[t1, 1], tri[t1, 2] = v, c, a
-    beside[t1, 0], beside[t1, 1], beside[t1, 2] = nb, t2, t
+    neighbour[t1, 0], neighbour[t1, 1], neighbour[t1, 2] = nb, t2, t
     tri[t2, 0], tri[t2, 1], tri[t2, 2] = v, a, b
-    beside[t2, 0], beside[t2, 1], beside[t2, 2] = nc, t, t1
-    _replace_neighbour(beside, nb, t, t1)
-    _replace_neighbour(beside, nc, t, t2)
-    at[v], at[a], at[b], at[c] = t, t1, t2, t
+    neighbour[t2, 0], neighbour[t2, 1], neighbour[t2, 2] = nc, t, t1
+    _replace_neighbour(neighbour, nb, t, t1)
+    _replace_neighbour(neighbour, nc, t, t2)
+    triangle_of[v], triangle_of[a], triangle_of[b], triangle_of[c] = t, t1, t2, t
     stack[0], stack[1], stack[2] = t, t1, t2
     # In front are triangles that stay, behind those whose side opposite to v is still in doubt
     done, m = 0, 3
     while done < m:
         f = stack[done]
         k = _corner(tri, f, v)
-        o = beside[f, k]
+        o = neighbour[f, k]
         done += 1
         if o == OUTSIDE or _is_border(tri[f, (k + 1) % 3], tri[f, (k + 2) % 3], following):
             continue
-        d = tri[o, _side(beside, o, f)]
+        d = tri[o, _side(neighbour, o, f)]
         if _in_circle(tri[f, 0], tri[f, 1], tri[f, 2], d, p) and m < len(stack):
-            stack[m] = _flip(tri, beside, f, k, at)
+            stack[m] = _flip(tri, neighbour, f, k, triangle_of)
             m += 1
             done -= 1
     return m
 
 
 @njit()
-def _locate(v: int, t: int, n_triangles: int, p: np.ndarray, tri: np.ndarray, beside: np.ndarray) -> int:
+def _locate(v: int, t: int, n_triangles: int, p: np.ndarray, tri: np.ndarray, neighbour: np.ndarray) -> int:
     """Walk from triangle t to that around point v."""
     for _ in range(4 * n_triangles + 10):
         moved = False
         for k in range(3):
-            o = beside[t, k]
+            o = neighbour[t, k]
             if o != OUTSIDE and _turn(tri[t, (k + 1) % 3], tri[t, (k + 2) % 3], v, p) < 0:
                 t, moved = o, True
                 break
@@ -160,11 +160,17 @@ def _locate(v: int, t: int, n_triangles: int, p: np.ndarray, tri: np.ndarray, be
 
 @njit()
 def _crossed(
-    a: int, b: int, n_triangles: int, p: np.ndarray, tri: np.ndarray, beside: np.ndarray, at: np.ndarray
+    a: int,
+    b: int,
+    n_triangles: int,
+    p: np.ndarray,
+    tri: np.ndarray,
+    neighbour: np.ndarray,
+    triangle_of: np.ndarray,
 ) -> tuple[bool, list[tuple[int, int]]]:
     """Return whether a and b are joined, and the edges that the way from a to b crosses, none where it meets a point."""
     crossed = [(0, 0) for _ in range(0)]
-    t = first = at[a]
+    t = first = triangle_of[a]
     start = OUTSIDE
     while True:
         k = _corner(tri, t, a)
@@ -173,7 +179,7 @@ def _crossed(
             return True, crossed
         if _turn(a, u, b, p) > 0 and _turn(a, w, b, p) < 0:
             start = t
-        t = beside[t, (k + 1) % 3]
+        t = neighbour[t, (k + 1) % 3]
         if t in (OUTSIDE, first):
             break
     if start == OUTSIDE:
@@ -182,8 +188,8 @@ def _crossed(
     for _ in range(n_triangles):
         u, w = tri[t, (k + 1) % 3], tri[t, (k + 2) % 3]
         crossed.append((u, w))
-        o = beside[t, k]
-        d = tri[o, _side(beside, o, t)]
+        o = neighbour[t, k]
+        d = tri[o, _side(neighbour, o, t)]
         if d == b:
             break
         t, k = o, _corner(tri, o, w if _turn(a, b, d, p) > 0 else u)
@@ -191,48 +197,54 @@ def _crossed(
 
 
 @njit()
-def _triangle_at(u: int, w: int, tri: np.ndarray, beside: np.ndarray, at: np.ndarray) -> int:
+def _triangle_at(u: int, w: int, tri: np.ndarray, neighbour: np.ndarray, triangle_of: np.ndarray) -> int:
     """Return the triangle in which w follows u, or OUTSIDE; around a corner of the triangle around all, they form no ring."""
-    t = first = at[u]
+    t = first = triangle_of[u]
     while True:
         k = _corner(tri, t, u)
         if tri[t, (k + 1) % 3] == w:
             return t
-        t = beside[t, (k + 1) % 3]
+        t = neighbour[t, (k + 1) % 3]
         if t in (OUTSIDE, first):
             break
-    t = beside[first, (_corner(tri, first, u) + 2) % 3]
+    t = neighbour[first, (_corner(tri, first, u) + 2) % 3]
     while t not in (OUTSIDE, first):
         k = _corner(tri, t, u)
         if tri[t, (k + 1) % 3] == w:
             return t
-        t = beside[t, (k + 2) % 3]
+        t = neighbour[t, (k + 2) % 3]
     return OUTSIDE
 
 
 @njit()
 def _recover(
-    a: int, b: int, n_triangles: int, p: np.ndarray, tri: np.ndarray, beside: np.ndarray, at: np.ndarray
+    a: int,
+    b: int,
+    n_triangles: int,
+    p: np.ndarray,
+    tri: np.ndarray,
+    neighbour: np.ndarray,
+    triangle_of: np.ndarray,
 ) -> bool:
     """Flip edges until a and b are joined; return whether they are."""
-    joined, crossed = _crossed(a, b, n_triangles, p, tri, beside, at)
+    joined, crossed = _crossed(a, b, n_triangles, p, tri, neighbour, triangle_of)
     if joined or len(crossed) == 0:
         return joined
     for _ in range(4 * n_triangles * len(crossed) + 16):
         u, w = crossed.pop(0)
-        t = _triangle_at(u, w, tri, beside, at)
+        t = _triangle_at(u, w, tri, neighbour, triangle_of)
         if t == OUTSIDE:
             return False
         k = (_corner(tri, t, u) + 2) % 3
-        x, d = tri[t, k], tri[beside[t, k], _side(beside, beside[t, k], t)]
+        x, d = tri[t, k], tri[neighbour[t, k], _side(neighbour, neighbour[t, k], t)]
         if _turn(x, u, d, p) > 0 and _turn(x, d, w, p) > 0:
-            _flip(tri, beside, t, k, at)
+            _flip(tri, neighbour, t, k, triangle_of)
             if a not in (x, d) and b not in (x, d) and _turn(a, b, x, p) * _turn(a, b, d, p) < 0:
                 crossed.append((x, d))
         else:
             crossed.append((u, w))
         if len(crossed) == 0:
-            return _crossed(a, b, n_triangles, p, tri, beside, at)[0]
+            return _crossed(a, b, n_triangles, p, tri, neighbour, triangle_of)[0]
     return False
 
 
@@ -242,8 +254,8 @@ def _make_delaunay(
     n_triangles: int,
     p: np.ndarray,
     tri: np.ndarray,
-    beside: np.ndarray,
-    at: np.ndarray,
+    neighbour: np.ndarray,
+    triangle_of: np.ndarray,
     following: np.ndarray,
 ) -> None:
     """Flip edges of triangles among the first n points, but for the border, where the other diagonal is Delaunay."""
@@ -251,13 +263,13 @@ def _make_delaunay(
         changed = False
         for t in range(n_triangles):
             for k in range(3):
-                o = beside[t, k]
+                o = neighbour[t, k]
                 u, w, x = tri[t, (k + 1) % 3], tri[t, (k + 2) % 3], tri[t, k]
                 if o < t or max(u, w, x) >= n or _is_border(u, w, following):
                     continue
-                d = tri[o, _side(beside, o, t)]
+                d = tri[o, _side(neighbour, o, t)]
                 if d < n and _in_circle(x, u, w, d, p) and _turn(x, u, d, p) > 0 and _turn(x, d, w, p) > 0:
-                    _flip(tri, beside, t, k, at)
+                    _flip(tri, neighbour, t, k, triangle_of)
                     changed = True
                     break
         if not changed:
@@ -266,7 +278,7 @@ def _make_delaunay(
 
 @njit()
 def _keep_inside(
-    n: int, n_triangles: int, tri: np.ndarray, beside: np.ndarray, following: np.ndarray, stack: np.ndarray
+    n: int, n_triangles: int, tri: np.ndarray, neighbour: np.ndarray, following: np.ndarray, stack: np.ndarray
 ) -> int:
     """Keep the triangles on the left of the border, and return their number; FAILED where one reaches beyond the points."""
     number = np.full(n_triangles, OUTSIDE)
@@ -282,7 +294,7 @@ def _keep_inside(
         m -= 1
         t = stack[m]
         for k in range(3):
-            u, w, o = tri[t, (k + 1) % 3], tri[t, (k + 2) % 3], beside[t, k]
+            u, w, o = tri[t, (k + 1) % 3], tri[t, (k + 2) % 3], neighbour[t, k]
             if _is_border(u, w, following):
                 continue
             if o == OUTSIDE or max(u, w) >= n:
@@ -303,16 +315,16 @@ def _keep_inside(
             if tri[t, k] >= n:
                 return FAILED
         for k in range(3):
-            o = beside[t, k]
+            o = neighbour[t, k]
             tri[row, k] = tri[t, k]
-            beside[row, k] = OUTSIDE
+            neighbour[row, k] = OUTSIDE
             # an edge of the border leads out, whatever lies behind it
             if o != OUTSIDE and number[o] != OUTSIDE:
-                beside[row, k] = number[o]
+                neighbour[row, k] = number[o]
     for t in range(kept):
         for k in range(3):
             if _is_border(tri[t, (k + 1) % 3], tri[t, (k + 2) % 3], following):
-                beside[t, k] = OUTSIDE
+                neighbour[t, k] = OUTSIDE
     return kept
 
 
@@ -322,8 +334,8 @@ def fill_border(
     following: np.ndarray,
     p: np.ndarray,
     tri: np.ndarray,
-    beside: np.ndarray,
-    at: np.ndarray,
+    neighbour: np.ndarray,
+    triangle_of: np.ndarray,
     stack: np.ndarray,
 ) -> int:
     """Triangulate what lies on the left of the border of n points of the plane, each joined to `following` (n,).
@@ -341,19 +353,19 @@ def fill_border(
     p[n + 1, 0], p[n + 1, 1] = x + 30 * size, y - 20 * size
     p[n + 2, 0], p[n + 2, 1] = x, y + 40 * size
     tri[0, 0], tri[0, 1], tri[0, 2] = n, n + 1, n + 2
-    beside[0, 0] = beside[0, 1] = beside[0, 2] = OUTSIDE
+    neighbour[0, 0] = neighbour[0, 1] = neighbour[0, 2] = OUTSIDE
     n_triangles, t = 1, 0
     for v in range(n):
-        t = _locate(v, t, n_triangles, p, tri, beside)
-        _insert(v, t, n_triangles, p, tri, beside, at, following[:0], stack)
+        t = _locate(v, t, n_triangles, p, tri, neighbour)
+        _insert(v, t, n_triangles, p, tri, neighbour, triangle_of, following[:0], stack)
         n_triangles += 2
-        t = at[v]
+        t = triangle_of[v]
     for v in range(n):
-        if not _recover(v, following[v], n_triangles, p, tri, beside, at):
+        if not _recover(v, following[v], n_triangles, p, tri, neighbour, triangle_of):
             return FAILED
-    n_triangles = _keep_inside(n, n_triangles, tri, beside, following, stack)
+    n_triangles = _keep_inside(n, n_triangles, tri, neighbour, following, stack)
     if n_triangles != FAILED:
-        _make_delaunay(n, n_triangles, p, tri, beside, at, following)
+        _make_delaunay(n, n_triangles, p, tri, neighbour, triangle_of, following)
     return n_triangles
 
 
@@ -391,8 +403,8 @@ def add_points(
     p: np.ndarray,
     units: np.ndarray,
     tri: np.ndarray,
-    beside: np.ndarray,
-    at: np.ndarray,
+    neighbour: np.ndarray,
+    triangle_of: np.ndarray,
     stack: np.ndarray,
 ) -> tuple[int, int]:
     """Add points inside of the triangles until the circles around them have chords of at most `widest`, on the unit sphere.
@@ -420,16 +432,16 @@ def add_points(
             moved = False
             for k in range(3):
                 if _turn(tri[t, (k + 1) % 3], tri[t, (k + 2) % 3], n, p) < 0:
-                    if beside[t, k] == OUTSIDE:
+                    if neighbour[t, k] == OUTSIDE:
                         blocked = True
                     else:
-                        t, moved = beside[t, k], True
+                        t, moved = neighbour[t, k], True
                     break
             if blocked or not moved:
                 break
         if blocked or _sees_border(n, t, tri, units, following):
             continue
-        m = _insert(n, t, n_triangles, p, tri, beside, at, following, stack)
+        m = _insert(n, t, n_triangles, p, tri, neighbour, triangle_of, following, stack)
         n, n_triangles = n + 1, n_triangles + 2
         for s in range(m):
             f = stack[s]

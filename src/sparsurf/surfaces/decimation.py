@@ -220,8 +220,8 @@ def _longest_to_go(
         if not dead[h // 3] and h < twin[h]:
             lengths[m] = squared_length(points, origin[h], origin[twin[h]])
             m += 1
-    enough = EDGES_PER_VERTEX_TO_GO * n
-    return np.partition(lengths[:m], enough)[enough] if enough < m else np.inf
+    n_shortest = EDGES_PER_VERTEX_TO_GO * n
+    return np.partition(lengths[:m], n_shortest)[n_shortest] if n_shortest < m else np.inf
 
 
 @njit()

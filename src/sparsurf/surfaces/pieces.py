@@ -313,9 +313,9 @@ def narrowest_handles(pieces: Pieces, faces: np.ndarray, chi: np.ndarray) -> np.
         cut = edges[first[loop] : first[loop + 1]]
         if np.isnan(narrowest[component[loop]]) and (faces[cut] >= 0).all():
             left, right = faces[cut[0]]
-            rest = faces.copy()
-            rest[cut] = -1
-            root = _joined(np.arange(len(pieces.face_kind)), rest)
+            remaining = faces.copy()
+            remaining[cut] = -1
+            root = _joined(np.arange(len(pieces.face_kind)), remaining)
             if root[left] == root[right]:
                 narrowest[component[loop]] = width[loop]
     return narrowest
@@ -652,9 +652,9 @@ def _edges(
     each, or two of a spindle, from the lower atom to the higher one.
     """
     arcs, pair, n_cusps = rolling.arcs, rolling.pair, len(cusp_circles)
-    most = 6 * len(arcs) + n_cusps
-    circles, ends = np.empty((most, 12)), np.full((most, 2), -1)
-    kind, owner, first, n = np.empty(most, np.int8), np.empty((most, 2), np.int64), np.full(len(arcs), -1), 0
+    room = 6 * len(arcs) + n_cusps
+    circles, ends = np.empty((room, 12)), np.full((room, 2), -1)
+    kind, owner, first, n = np.empty(room, np.int8), np.empty((room, 2), np.int64), np.full(len(arcs), -1), 0
     for b in range(len(arcs)):
         if places.state[b] == SHORT:
             continue
@@ -720,17 +720,17 @@ def _loops_of(codes: np.ndarray, ends: np.ndarray, first: np.ndarray) -> tuple[i
     n_loops, closes, done, n = 0, True, 0, len(codes)
     first[0] = 0
     while done < n:
-        begin, at = ends[codes[done] // 2, codes[done] % 2], ends[codes[done] // 2, 1 - codes[done] % 2]
+        begin, here = ends[codes[done] // 2, codes[done] % 2], ends[codes[done] // 2, 1 - codes[done] % 2]
         done += 1
-        while at != begin:
+        while here != begin:
             k = done
-            while k < n and ends[codes[k] // 2, codes[k] % 2] != at:
+            while k < n and ends[codes[k] // 2, codes[k] % 2] != here:
                 k += 1
             if k == n:
                 closes = False
                 break
             codes[done], codes[k] = codes[k], codes[done]
-            at = ends[codes[done] // 2, 1 - codes[done] % 2]
+            here = ends[codes[done] // 2, 1 - codes[done] % 2]
             done += 1
         n_loops += 1
         first[n_loops] = done
@@ -752,10 +752,10 @@ def _is_left_of(
     The way to a point of the loop on a great circle crosses the loop so often: only circles meet, so that no arc is sampled.
     """
     edge, back = codes[low] // 2, codes[low] % 2
-    there = circles[edge, LOW] + 0.41 * (circles[edge, HIGH] - circles[edge, LOW])
-    b = _unit(subtract(_on(circles[edge], there), centre))
+    phi_there = circles[edge, LOW] + 0.41 * (circles[edge, HIGH] - circles[edge, LOW])
+    b = _unit(subtract(_on(circles[edge], phi_there), centre))
     across = cross(a, b)
-    is_left = (dot(cross(b, _turn(circles[edge], there)), cross(across, b)) < 0) != (back == 1)
+    is_left = (dot(cross(b, _turn(circles[edge], phi_there)), cross(across, b)) < 0) != (back == 1)
     for k in range(low, high):
         circle = circles[codes[k] // 2]
         p1, p2 = dot(across, vector_at(circle, E1)), dot(across, vector_at(circle, E2))
@@ -772,7 +772,7 @@ def _is_left_of(
             if phi > circle[HIGH]:
                 continue
             met = subtract(_on(circle, phi), centre)
-            is_target = k == low and abs(phi - there) < 1e-7
+            is_target = k == low and abs(phi - phi_there) < 1e-7
             if not is_target and dot(cross(a, met), across) > 0 and dot(cross(met, b), across) > 0:
                 is_left = not is_left
     return is_left
@@ -854,11 +854,11 @@ def _groups(
     """List the directed edges around each atom, saddle and place: kind, owner, theta, apex, start and edges of each group."""
     order, first = around
     n_atoms, n_arcs, n_places = len(first) - 1, len(rolling.arcs), len(places.first)
-    most = n_atoms + 2 * n_arcs + n_places
-    kind, owner, apexes = np.empty(most, np.int8), np.empty(most, np.int64), np.full(most, -1)
+    room = n_atoms + 2 * n_arcs + n_places
+    kind, owner, apexes = np.empty(room, np.int8), np.empty(room, np.int64), np.full(room, -1)
     theta, start, codes = (
-        np.full((most, 2), np.nan),
-        np.zeros(most + 1, np.int64),
+        np.full((room, 2), np.nan),
+        np.zeros(room + 1, np.int64),
         np.empty(2 * len(edge_kind), np.int64),
     )
     n, total = 0, 0
@@ -921,8 +921,8 @@ def _faces(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, int]:
     """Divide the groups into connected faces: their groups, loops and edges, and the number of loops that do not close."""
     kind, owner, _, _, start, codes = groups
-    most = len(codes) + len(kind)
-    group, face_start, n = np.empty(most, np.int64), np.zeros(most + 1, np.int64), 0
+    room = len(codes) + len(kind)
+    group, face_start, n = np.empty(room, np.int64), np.zeros(room + 1, np.int64), 0
     loop_start, loop_edges, n_loops = np.zeros(len(codes) + 1, np.int64), np.empty_like(codes), 0
     first, done, n_open = np.empty(len(codes) + 1, np.int64), 0, 0
     for g in range(len(kind)):

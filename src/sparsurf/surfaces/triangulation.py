@@ -181,11 +181,11 @@ def _sample_edges(
                 v = _point_of_edge(pieces, e, k, divided)
                 phi = circle[LOW] + k / n * (circle[HIGH] - circle[LOW])
                 if v >= len(pieces.vertices):
-                    at = add_scaled(
+                    here = add_scaled(
                         vector_at(circle, T), circle[RADIUS] * math.cos(phi), vector_at(circle, E1)
                     )
                     set_point(
-                        points, v, add_scaled(at, circle[RADIUS] * math.sin(phi), vector_at(circle, E2))
+                        points, v, add_scaled(here, circle[RADIUS] * math.sin(phi), vector_at(circle, E2))
                     )
                 if this == CONTACT_ARC:
                     kind[v], atom[v] = CONTACT, rolling.pair[owner, other]
@@ -470,16 +470,16 @@ def _fill_border_on_sphere(
     (centre, radius), m, frame = sphere, len(ids), np.empty((3, 3))
     _write_frame(axis, frame)
     p, units = np.empty((room + 3, 2)), np.empty((room, 3))
-    tri, beside = np.empty((2 * room + 8, 3), np.int64), np.empty((2 * room + 8, 3), np.int64)
-    at, stack = np.empty(room + 3, np.int64), np.empty(8 * room + 64, np.int64)
+    tri, neighbour = np.empty((2 * room + 8, 3), np.int64), np.empty((2 * room + 8, 3), np.int64)
+    here, stack = np.empty(room + 3, np.int64), np.empty(8 * room + 64, np.int64)
     for a in range(m):
         set_point(units, a, scaled(1 / radius, subtract(point(made.points, ids[a]), centre)))
         project(a, frame, units, p)
-    t = fill_border(m, following, p, tri, beside, at, stack)
+    t = fill_border(m, following, p, tri, neighbour, here, stack)
     if t == FAILED:
         return made, False
     widest = WIDEST_CIRCLE * spacing / radius
-    size, t = add_points(m, t, widest, frame, following, p, units, tri, beside, at, stack)
+    size, t = add_points(m, t, widest, frame, following, p, units, tri, neighbour, here, stack)
     made = _with_room(made, size - m, t)
     before = made.n[0] - m
     for a in range(m, size):
@@ -586,20 +586,20 @@ def _label_points(
         owner = pieces.face_owner[f]
         for k in range(3):
             v = triangles[c, k]
-            at = point(points, v)
+            here = point(points, v)
             if pieces.face_kind[f] == SADDLE:
                 arc = rolling.arcs[owner]
-                w = subtract(at, vector_at(arc, T))
+                w = subtract(here, vector_at(arc, T))
                 outward = add_scaled(w, -dot(w, vector_at(arc, U)), vector_at(arc, U))
                 flat = math.sqrt(dot(outward, outward))
                 centre = vector_at(arc, T)
                 if flat > 1e-9:  # at an apex, the mean of all around it
                     centre = add_scaled(centre, arc[ARC_RADIUS] / flat, outward)
-                normal = scaled(1 / probe, subtract(centre, at))
+                normal = scaled(1 / probe, subtract(centre, here))
             else:
                 centre, radius = _sphere(pieces, rolling, probe, f)
                 sign = 1.0 if pieces.face_kind[f] == CONTACT else -1.0
-                normal = scaled(sign / radius, subtract(at, centre))
+                normal = scaled(sign / radius, subtract(here, centre))
             set_point(normals, v, add_scaled(point(normals, v), 1.0, normal))
     for v in range(len(points)):
         length = math.sqrt(dot(point(normals, v), point(normals, v)))

@@ -85,7 +85,7 @@ CALLS = [
     ("mesh", lambda g, **k: sparsurf.mesh(g.dots, **k), {"n_vertices": 300}, {
         "n_vertices": 302, "density": {"n_vertices": None, "density": 9.0}, "step": {"n_vertices": None, "step": 0.6},
         "fields": ["hydropathy"]}),
-    ("mesh", lambda g, **k: sparsurf.mesh(PROTEIN, 300, **k), {}, {"cavities": "keep"}),
+    ("mesh", lambda g, **k: sparsurf.mesh(PROTEIN, 300, **k), {}, {"cavities": "keep", "boundary": "accessible"}),
     ("frames", lambda g, **k: sparsurf.frames(g.pdb, **k), {}, {
         "stride": 2, "fields": ["hydropathy"], "probe_radius": 1.6, "radii": "bondi"}),
     ("frames", lambda g, **k: sparsurf.frames(g.pdb, **k).ranking, {}, {"rank": "area"}),
