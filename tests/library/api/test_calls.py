@@ -301,8 +301,8 @@ def test_a_ball_has_the_dots_that_are_requested():
 
 
 def test_a_frame_is_taken_by_its_place(two_frames):
-    wanted = dict.fromkeys((2, -1), "the molecule has the frames 0 to 1: there is no frame ")
-    wanted |= dict.fromkeys((0.5, True, "x"), "frame is .*; it must be a whole number")
+    wanted: dict = dict.fromkeys((2,), "the molecule has the frames 0 to 1: there is no frame ")
+    wanted |= dict.fromkeys((-1, 0.5, True, "x"), "frame is .*; it must be a whole number")
     for number, sentence in wanted.items():
         with pytest.raises(InputError, match=sentence):
             sparsurf.surface(two_frames, frame=number)
