@@ -12,7 +12,6 @@ from sparsurf.api.page_metadata import heard
 from sparsurf.api.replacing import beside_mesh
 from sparsurf.arguments import BOUNDARIES, D_LINK
 from sparsurf.cli import options, outputs
-from sparsurf.dot_fields.named_fields import takes_dots
 from sparsurf.errors import InputError
 from sparsurf.files import pluralise
 from sparsurf.molecules.molecule import Molecule
@@ -83,6 +82,8 @@ def run(args: argparse.Namespace) -> None:
             raise InputError(
                 "--boundary: pages and pictures show the excluded surface; write dots or a mesh, or leave it out."
             )
+        from sparsurf.dot_fields.named_fields import takes_dots  # here: a mistake needs no kernels
+
         if refused := [*filter(takes_dots, options.names_of_requested_fields(args))]:
             raise InputError(
                 f"--fields: {refused[0]} is one of the excluded surface; leave it out, or --boundary."
