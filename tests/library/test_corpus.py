@@ -1060,7 +1060,7 @@ EIGHTH = {  # answers to other questions than were asked: command, and words of 
     "points predictions -o a.parquet": "a.parquet: 2 structures in 2 folders, 2,048 rows",
     "points predictions/job/seed-1_sample-0/model.pdb predictions/job/seed-1_sample-1/model.pdb -o a.parquet":
     "left out 1 LIG\n.*a.parquet: 2 structures in 2 folders, 2,048 rows",
-    "surface plain.pdb --mesh --step 2 -o a.ply": r"--step is 2 Å; it must be at most 0\.7 Å, .* give --n-vertices",
+    "surface plain.pdb --mesh --step 2 -o a.ply": r"a\.ply: 9,816 triangles, 7,223 Å\^3",
 }  # fmt: skip
 
 

@@ -187,7 +187,7 @@ def components(
     >>> component, table = sparsurf.components(dots)
     >>> table["dots"].tolist(), table["cavity"].tolist()
     ([24174, 224, 103, 85, 14], [False, True, True, True, True])
-    >>> int(table["handles"].sum()), round(table["volume"][0] - table["volume"][1:].sum(), 1)
+    >>> int(table["handles"].sum()), round(float(table["volume"][0] - table["volume"][1:].sum()), 1)
     (1, 7896.1)
     """
     if isinstance(molecule, Surface) and dots is not None:
@@ -240,8 +240,8 @@ def mesh(
         collapsed until so many are left; every vertex lies on the surface with its analytic normal (at a cusp, the mean of those
         of the pieces that meet), and the handles stay those of the surface.
     step : float, optional
-        Instead of a number of vertices, about 4.5 / step^2 of them per Å^2 (default 0.5 Å, 18 vertices per Å^2). Between dots
-        whose atoms are not known, it is the step of the grid whose triangles are kept, at most 0.7 Å.
+        Instead of a number of vertices, about 4.5 / step^2 of them per Å^2 (default 0.5 Å, 18 vertices per Å^2; at least 0.2 Å).
+        Between dots whose atoms are not known, it is the step of the grid whose triangles are kept, at most 0.7 Å.
     cavities : {'keep', 'remove'}, optional
         Whether the walls of closed cavities are part of the mesh. By default those of a molecule are removed, as in `points`, and
         a Surface keeps the rule of its placement. For equal `cavities`, the areas of dots, points and mesh agree. A mesh that is

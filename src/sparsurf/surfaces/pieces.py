@@ -233,7 +233,7 @@ def capped_volumes(
     volume, border = shapes.volume.copy(), np.flatnonzero(label[faces[:, 0]] != label[faces[:, 1]])
     if len(border):
         circles = pieces.circles[border]
-        group = np.unique(_chained(pieces.ends[border]), return_inverse=True)[1]
+        group = _chained(pieces.ends[border])
         phi = (circles[:, LOW] + circles[:, HIGH])[:, None] / 2
         middle = circles[:, T:E1] + circles[:, RADIUS, None] * (
             np.cos(phi) * circles[:, E1:E2] + np.sin(phi) * circles[:, E2:RADIUS]
@@ -281,16 +281,16 @@ def capped_part(pieces: Pieces, faces: np.ndarray, kept: np.ndarray) -> tuple[Pi
     return part, n_borders.astype(float) if is_simple else np.full(len(n_borders), np.nan)
 
 
-@njit()
 def _chained(ends: np.ndarray) -> np.ndarray:
-    """Return the set of each edge, named by its lowest one, where edges that share a vertex are joined."""
-    joined = np.arange(len(ends))
-    for e in range(len(ends)):
-        for f in range(e if ends[e, 0] >= 0 else 0):
-            for k in range(4):
-                if ends[e, k // 2] == ends[f, k % 2]:
-                    join_two(joined, e, f)
-    return set_of_arcs(joined)
+    """Return the number of the chain of each edge, (n,), of those that share vertices, in the order of their first edges."""
+    from scipy.sparse import coo_array  # here: it takes long to load, and few surfaces are cut
+    from scipy.sparse.csgraph import connected_components
+
+    at, n = np.flatnonzero(ends[:, 0] >= 0), len(ends)
+    vertex = n + np.unique(ends[at], return_inverse=True)[1].ravel()
+    n_nodes = int(vertex.max(initial=n - 1)) + 1
+    shared = coo_array((np.ones(len(vertex)), (np.repeat(at, 2), vertex)), shape=(n_nodes, n_nodes))
+    return connected_components(shared, directed=False)[1][:n]
 
 
 def narrowest_handles(pieces: Pieces, faces: np.ndarray, chi: np.ndarray) -> np.ndarray:

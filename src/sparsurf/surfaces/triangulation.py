@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from sparsurf.arguments import Cavities
+from sparsurf.errors import InputError, argument
 from sparsurf.kernels import njit
 from sparsurf.surfaces.chosen_points import on_steps
 from sparsurf.surfaces.components import enclosed_of
@@ -85,6 +86,7 @@ SPACING = 1.13  # Å, times the root of the density
 SURPLUS = 1.16  # vertices at this spacing for each that is requested
 WIDEST_SPACING = 0.8  # Å; triangles of longer edges are collapsed from these
 POINTS_PER_AREA = 2.5  # at most, of a face, on the square of the spacing
+FINEST_STEP = 0.2  # Å
 VERTICES_PER_STEP = 4.5  # vertices per Å^2 times the square of the step of a grid that has as many
 DENSITY_BETWEEN = 10.0  # dots per Å^2, of a surface whose pieces do not close
 WIDEST_CIRCLE = (
@@ -163,15 +165,14 @@ def _sample_edges(
     kind: np.ndarray,
     atom: np.ndarray,
 ) -> None:
-    """Write the vertices and the points of each edge, and their kinds and atoms."""
+    """Write the vertices and the points of each edge, and their kinds and atoms; -1 of those that count as concave.
+
+    Half of the area along a border belongs to either side, and so does each second point.
+    """
     for v in range(len(pieces.vertices)):
         set_point(points, v, point(pieces.vertices, v))
-    for f in range(len(pieces.face_kind)):  # the apex of a whole circle ends no edge
-        if pieces.apex[f] >= 0:
-            kind[pieces.apex[f]] = SADDLE
-            atom[pieces.apex[f]] = _of_saddle(rolling, pieces.face_owner[f], pieces.theta[f, 0])
-    # Where edges meet, those of contacts decide, and then those of saddles
-    for this in (CUSP_ARC, PROBE_ARC, CONTACT_ARC):
+    # Where edges meet, those of cusps decide, and then those of contacts
+    for this in (PROBE_ARC, CONTACT_ARC, CUSP_ARC):
         for e in range(len(divided.n)):
             if pieces.edge_kind[e] != this:
                 continue
@@ -188,11 +189,17 @@ def _sample_edges(
                         points, v, add_scaled(here, circle[RADIUS] * math.sin(phi), vector_at(circle, E2))
                     )
                 if this == CONTACT_ARC:
-                    kind[v], atom[v] = CONTACT, rolling.pair[owner, other]
+                    kind[v], atom[v] = SADDLE if k % 2 else CONTACT, rolling.pair[owner, other]
+                elif this == PROBE_ARC and k % 2:
+                    kind[v], atom[v] = CONCAVE, -1
                 elif this == PROBE_ARC:
                     kind[v], atom[v] = SADDLE, _of_saddle(rolling, owner, phi)
                 else:
                     kind[v], atom[v] = CONCAVE, _nearest_of_three(point(points, v), rolling, owner)
+    for f in range(len(pieces.face_kind)):  # an apex, where a torus intersects itself, is a cusp as well
+        if pieces.apex[f] >= 0:
+            kind[pieces.apex[f]] = CONCAVE
+            atom[pieces.apex[f]] = _of_saddle(rolling, pieces.face_owner[f], pieces.theta[f, 0])
 
 
 @njit()
@@ -587,6 +594,8 @@ def _label_points(
         for k in range(3):
             v = triangles[c, k]
             here = point(points, v)
+            if atom[v] < 0 and pieces.face_kind[f] == CONCAVE:
+                atom[v] = _nearest_of_three(here, rolling, owner)
             if pieces.face_kind[f] == SADDLE:
                 arc = rolling.arcs[owner]
                 w = subtract(here, vector_at(arc, T))
@@ -676,7 +685,9 @@ def accessible_mesh(rolled: Rolled, size: MeshSize | None = None) -> Mesh:
     reach = rolled.rolling.atoms.reach
     pieces, chi = _spheres_of_centres(pieces_of(rolled), rolled.rolling)
     area = float(pieces.solid @ reach[pieces.face_owner] ** 2)
-    return _mesh_of_pieces(pieces, rolled._replace(radii=reach, probe=0.0), size or MeshSize(), area, chi)
+    made = _mesh_of_pieces(pieces, rolled._replace(radii=reach, probe=0.0), size or MeshSize(), area, chi)
+    kind = np.full_like(made.vertices.kind, CONTACT)  # there are no saddles beyond its borders
+    return replace(made, vertices=replace(made.vertices, kind=kind))
 
 
 def _where_kept(rolled: Rolled, left_out: EnclosedCentres | None) -> Rolled:
@@ -705,10 +716,9 @@ def _spheres_of_centres(pieces: Pieces, rolling: Rolling) -> tuple[Pieces, int]:
     meets = (corners[:, 0, 0] >= 0, slice(None))
     pairs = corners[meets].transpose(1, 0, 2).reshape(2, -1)
     n = len(pieces.vertices)
-    vertex = connected_components(coo_array((np.ones(pairs.shape[1]), pairs), shape=(n, n)), directed=False)[
-        1
-    ]
-    ends = np.where(corners[:, 0] < 0, -1, vertex[corners[:, 0]])
+    meeting = coo_array((np.ones(pairs.shape[1]), pairs), shape=(n, n))
+    vertex = connected_components(meeting, directed=False)[1]
+    ends = np.append(vertex, -1)[corners[:, 0]]  # -1 where an arc is a whole circle
     used, ends[ends >= 0] = np.unique(ends[ends >= 0], return_inverse=True)
     columns = [*range(T, U), ARC_RADIUS, PHI_0, PHI_1]
     circles = rolling.arcs[arcs][:, columns]
@@ -736,7 +746,16 @@ def _mesh_of_pieces(pieces: Pieces, rolled: Rolled, size: MeshSize, area: float,
     """Triangulate pieces of an area, Å^2, and an Euler characteristic."""
     n: int | None = None
     if size.n_vertices is None and size.density is None:
-        density = VERTICES_PER_STEP / (size.step or GRID_STEP) ** 2 / SURPLUS
+        step = size.step or GRID_STEP
+        if step < FINEST_STEP:
+            raise InputError(
+                f"{argument('step')} is {step:g} Å; it must be at least {FINEST_STEP:g} Å, which is about "
+                f"{VERTICES_PER_STEP / FINEST_STEP**2:.0f} vertices per Å^2."
+            )
+        density = VERTICES_PER_STEP / step**2
+        if density < SURPLUS * (SPACING / WIDEST_SPACING) ** 2:
+            n = n_vertices_of(MeshSize(density=density), area)
+        density /= SURPLUS
     else:
         n = n_vertices_of(size, area)
         density = n / area
