@@ -424,6 +424,7 @@ rule summarise_surfaces:
         minimal=every_conformation("minimal.csv"),
         recovered=every_conformation("recovered.csv"),
         residues=every_conformation("residues.csv", MOLECULES),
+        components=every_conformation("components.csv", MOLECULES),
         ranges=every_conformation("ranges.csv", SAMPLED),
         best=every_conformation("best.json", SAMPLED),
         grid=every_conformation("grid.csv", SAMPLED),

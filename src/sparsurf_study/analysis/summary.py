@@ -68,7 +68,7 @@ def read_result(folder: Path | str, sampled: bool = True, minimal: bool = True) 
             float(read_roughness(folder / "roughness.csv", surface).mean()),
             minimal=optional_table("minimal") if minimal else None,
             recovered=optional_table("recovered") if minimal else None,
-            components=optional_table("components"),
+            components=optional_table("components") if minimal else None,
         )
         if not sampled:
             return result
