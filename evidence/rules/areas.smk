@@ -1,7 +1,8 @@
-# docs/partners.md: areas beside those of other programs; docs/reference/tables.md: triangles beside theirs.
+# docs/partners.md: areas beside those of other programs; docs/reference/tables.md: triangles and handles beside theirs.
 
 AREAS = config["areas"]["structures"]
 MESHES = config["meshes"]["structures"]
+HANDLES = names_in_set(STRUCTURES, "chains")
 
 
 rule measure_areas:
@@ -37,5 +38,25 @@ rule measure_meshes:
         settings=config["meshes"]["settings"],
     message:
         "Triangles beside those of other programs"
+    script:
+        "../measure.py"
+
+
+rule measure_handles:
+    input:
+        structures=ancient([structure_file(name) for name in HANDLES]),
+    output:
+        table=f"{TABLES}/handles.csv",
+        means=f"{TABLES}/handles_means.csv",
+    log:
+        f"{RESULTS}/logs/measure_handles.log",
+    conda:
+        "../../envs/evidence.yaml"
+    params:
+        structures={name: structure_file(name) for name in HANDLES},
+        steps=config["handles"]["steps"],
+        density=config["handles"]["density"],
+    message:
+        "Handles and volumes, exactly and by other ways"
     script:
         "../measure.py"
