@@ -138,13 +138,16 @@ def remove_slivers(
                     now, after = _after_turn(h, least, points, normals, origin, twin)
                     if now - after > gain:
                         best, gain, turned = h, now - after, True
-                    for side in range(2 if gone < may_remove else 0):
-                        e = twin[h] if side else h
+                    e = h
+                    while gone < may_remove:
                         stamp += 1
                         if may_collapse(e, origin, twin, seen, stamp):
                             now, after = _after_collapse(e, least, points, normals, origin, twin)
                             if now - after > gain:
                                 best, gain, turned = e, now - after, False
+                        e = around(e, twin)
+                        if e == h:
+                            break
                 if best < 0:
                     continue
                 changed = True

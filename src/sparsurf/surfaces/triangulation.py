@@ -84,6 +84,7 @@ RESERVE = 0.95
 FINER, FINEST = 0.75, 0.4  # of a spacing whose triangles do not close, the next one and the last one
 SPACING = 1.13  # Å, times the root of the density
 SURPLUS = 1.16  # vertices at this spacing for each that is requested
+SPARE = 500  # of so many vertices, one is left for thin triangles
 WIDEST_SPACING = 0.8  # Å; triangles of longer edges are collapsed from these
 POINTS_PER_AREA = 2.5  # at most, of a face, on the square of the spacing
 FINEST_STEP = 0.2  # Å
@@ -779,7 +780,11 @@ def _mesh_of_pieces(pieces: Pieces, rolled: Rolled, size: MeshSize, area: float,
         vertices = vertices.take(kept)
         return build_mesh(vertices.points, vertices.normals, triangles, vertices.kind, vertices.atom)
     points, normals = on_steps(made.points), on_steps(made.normals)
-    reduce_to(n, points, normals, origin, twin, dead, fine.n_vertices)
+    # A few vertices are left for triangles that are thin then, and the rest of these go after them
+    more = min(n + n // SPARE, fine.n_vertices)
+    reduce_to(more, points, normals, origin, twin, dead, fine.n_vertices)
+    gone = remove_slivers(points, normals, origin, twin, dead, more - n)
+    reduce_to(n, points, normals, origin, twin, dead, more - gone)
     remove_slivers(points, normals, origin, twin, dead, 0)
     return mesh_that_is_left(vertices, origin, dead)
 
