@@ -182,7 +182,7 @@ ARGUMENTS = {
     "steps": Argument("largest number of Newton steps", Limits(0, 1000, whole=True)),
     "n_vertices": Argument("number of vertices of a mesh, in place of their density", NUMBER_OF_DOTS),
     "step": Argument(
-        "of a mesh without a number of vertices: about 4.5 / step^2 of them per Å^2 (default 0.5 Å, 18 per Å^2; at least 0.2); "
+        "of a mesh without a number of vertices: about 4.5 / step^2 of them per Å^2 (default 0.5 Å, 18 per Å^2; at least 0.1); "
         "between dots without atoms, step of the grid, Å, at most 0.7",
         STEP_LIMITS),
     "smooth": Argument(

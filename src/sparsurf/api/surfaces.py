@@ -240,12 +240,12 @@ def mesh(
         collapsed until so many are left; every vertex lies on the surface with its analytic normal (at a cusp, the mean of those
         of the pieces that meet), and the handles stay those of the surface.
     step : float, optional
-        Instead of a number of vertices, about 4.5 / step^2 of them per Å^2 (default 0.5 Å, 18 vertices per Å^2; at least 0.2 Å).
+        Instead of a number of vertices, about 4.5 / step^2 of them per Å^2 (default 0.5 Å, 18 vertices per Å^2; at least 0.1 Å).
         Between dots whose atoms are not known, it is the step of the grid whose triangles are kept, at most 0.7 Å.
     cavities : {'keep', 'remove'}, optional
         Whether the walls of closed cavities are part of the mesh. By default those of a molecule are removed, as in `points`, and
-        a Surface keeps the rule of its placement. For equal `cavities`, the areas of dots, points and mesh agree. A mesh that is
-        reconstructed from other dots has the cavities that these dots have.
+        a Surface keeps the rule of its placement. Where the wall of a cavity that is removed crosses that of the outside, the
+        mesh closes the gap that dots leave. A mesh that is reconstructed from other dots has the cavities that these dots have.
     fields : str, callable, or sequence of these
         Fields of the vertices (default none): 'roughness', of the nearest dot of the dense surface, and any name of `fields`.
     boundary : {'excluded', 'accessible'}

@@ -14,7 +14,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from sparsurf.arguments import DENSITY_LIMITS, PROBE, Auto
+from sparsurf.arguments import DENSITY_LIMITS, PROBE
 from sparsurf.errors import InputError, printable
 from sparsurf.garbage_collection import collect_rarely
 from sparsurf.version import __version__
@@ -25,10 +25,8 @@ if TYPE_CHECKING:
     from sparsurf.surfaces.dot_placement import Rolled
     from sparsurf.surfaces.mesh import Mesh
     from sparsurf.surfaces.rolling_probe import EnclosedCentres
-    from sparsurf.surfaces.surface import Surface
 
 MSMS_FAILED, NOT_READ, NO_INPUT = 1, 2, 255  # exit status, as of MSMS
-DENSITY_OF_AREAS = 20.0  # dots per Å^2
 FINE_STEP = 0.35  # Å, of a mesh whose vertices tell areas of atoms
 RADIUS_OF_HYDROGENS = 1.2  # Å, that -noh leaves out
 MAX_ATOMS_OF_PROBE = 3
@@ -80,10 +78,13 @@ OPTIONS = {
 
 
 class Component(NamedTuple):
-    """A component of a surface: dots or fine vertices for its areas, and the mesh that is written."""
+    """A component of a surface: its mesh, which is written, and its exact volume and areas."""
 
-    dense: Surface
     mesh: Mesh
+    volume: float  # Å^3, negative of a cavity; of the mesh where four or more atoms touch one probe
+    areas: np.ndarray  # (3,) Å^2, of contact pieces, saddles and concave pieces
+    accessible: np.ndarray  # (A,) Å^2, of each atom
+    rolled: Rolled
 
 
 class NotUnderstoodError(Exception):
@@ -160,15 +161,13 @@ def _run(given: dict[str, str]) -> None:
     """Compute everything that is requested, and then write it."""
     import numpy as np  # here, as below: a wrong option needs no kernels
 
-    from sparsurf.api.surfaces import mesh, surface
     from sparsurf.api.writing import write_file
     from sparsurf.kernel_cache import require_kernel_cache
     from sparsurf.surfaces.components import all_other_centres, analytical_faces, centres_of_cavities
     from sparsurf.surfaces.dot_placement import roll_checked
     from sparsurf.surfaces.formats import msms as files
-    from sparsurf.surfaces.mesh import MeshSize
     from sparsurf.surfaces.spheres import Spheres, read_spheres
-    from sparsurf.surfaces.triangulation import mesh_of_rolled
+    from sparsurf.surfaces.triangulation import where_kept, without_centres
 
     _refuse_replacing(given, [given[name] + suffix for name, suffix in OUTPUTS if name in given])
     probe = _number(given, "probe_radius", 1.5, PROBE)
@@ -186,34 +185,28 @@ def _run(given: dict[str, str]) -> None:
     n, pair = len(spheres.radii), (spheres.xyz, spheres.radii)
     print(f"INPUT  {given['if']} {n} spheres, radii {spheres.radii.min():6.3f} to {spheres.radii.max():6.3f}")
     print(f"PARAM  Probe_radius {probe:6.3f} density {density:6.3f}")
+    rolled = roll_checked(*pair, probe, in_order=True)
     outside = True
     cavities: list[EnclosedCentres] = []
     if "all_components" in given or "one_cavity" in given:
-        rolled = roll_checked(*pair, probe, in_order=True)
         cavities = sorted(centres_of_cavities(rolled.rolling), key=lambda cavity: -int(cavity.probes.sum()))
         if "one_cavity" in given:
             cavities = _cavity_at(given["one_cavity"], cavities, rolled, n)
             outside = not cavities
-    components = list[Component]()
-    if outside:
-        # of the areas of atoms: sparse dots miss atoms of which little is exposed
-        dense: float | Auto = DENSITY_OF_AREAS if "af" in given and "no_area" not in given else "auto"
-        dots = surface(pair, probe_radius=probe, density=dense, cavities="remove")
-        components.append(Component(dots, mesh(dots, density=density)))
-    for cavity in cavities:
-        wall = partial(mesh_of_rolled, rolled, left_out=all_other_centres(cavity))
-        components.append(Component(wall(MeshSize(step=FINE_STEP)).vertices, wall(MeshSize(density=density))))
+    walls = [where_kept(rolled._replace(cavities="remove"))] if outside else []
+    walls += [without_centres(rolled, all_other_centres(cavity)) for cavity in cavities]
+    components = [_component(wall, n, density) for wall in walls]
     writers: list[tuple[str, Callable[[Path], Any]]] = []
     if "no_area" not in given:
-        areas = [_areas(component.dense, spheres.radii, probe) for component in components]
-        _print_areas(components, areas, probe)
+        _print_areas(components, probe)
         if "af" in given:
+            areas = [(_excluded_areas(each, n), each.accessible) for each in components]
             writers.append(
                 (given["af"] + ".area", lambda path: files.write_areas(path, areas, spheres.names))
             )
-    _print_meshes([component.mesh for component in components], probe)
+    _print_meshes(components, probe)
     header = None if "no_header" in given else files.Header(given["if"], density, probe)
-    for number, (_, made) in enumerate(components):
+    for number, (made, *_) in enumerate(components):
         if "of" in given:
             name = given["of"] + (f"_{number}" if number else "")
             vertices, triangles = made.vertices, made.triangles
@@ -254,45 +247,61 @@ def _cavity_at(
     return [cavity for cavity in cavities if (touches & cavity.probes).any()][:1]
 
 
-def _areas(dots: Surface, radii: np.ndarray, probe: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the area of the excluded and of the accessible surface of each atom, (A,) each, Å^2."""
+def _component(rolled: Rolled, n: int, density: float) -> Component:
+    """Triangulate the surface below a rolled probe, of n atoms, and measure its pieces."""
     import numpy as np
 
+    from sparsurf.surfaces.mesh import MeshSize
+    from sparsurf.surfaces.pieces import pieces_of, shapes_of
     from sparsurf.surfaces.surface import CONTACT
+    from sparsurf.surfaces.triangulation import mesh_of_pieces
 
-    contact = dots.kind == CONTACT
-    accessible = np.bincount(dots.atom[contact], dots.area[contact], len(radii))
-    excluded = np.bincount(dots.atom, dots.area, len(radii))
-    return excluded, accessible * ((radii + probe) / radii) ** 2
+    pieces = pieces_of(rolled)
+    shapes = shapes_of(rolled, pieces)
+    made = mesh_of_pieces(
+        pieces, rolled, MeshSize(density=density), float(shapes.area.sum()), int(shapes.chi.sum())
+    )
+    areas = shapes_of(rolled, pieces, pieces.face_kind.astype(np.int64)).area
+    contact = pieces.face_kind == CONTACT
+    atom, reach = pieces.face_owner[contact], rolled.rolling.atoms.reach
+    accessible = np.bincount(rolled.atom[atom], pieces.solid[contact] * reach[atom] ** 2, n)
+    volume = made.volume if pieces.n_open else float(shapes.volume.sum())
+    return Component(made, volume, np.append(areas, np.zeros(3 - len(areas))), accessible, rolled)
 
 
-def _print_areas(
-    components: Sequence[Component], areas: Sequence[tuple[np.ndarray, np.ndarray]], probe: float
-) -> None:
+def _excluded_areas(component: Component, n: int) -> np.ndarray:
+    """Return the area of the excluded surface of each of n atoms, (n,) Å^2, by a fine mesh."""
+    import numpy as np
+
+    from sparsurf.surfaces.mesh import MeshSize
+    from sparsurf.surfaces.triangulation import mesh_of_rolled
+
+    fine = mesh_of_rolled(component.rolled, MeshSize(step=FINE_STEP)).vertices
+    return np.bincount(fine.atom, fine.area * component.areas.sum() / fine.area.sum(), n)
+
+
+def _print_areas(components: Sequence[Component], probe: float) -> None:
     """Print the areas of components in the lines of MSMS."""
-    from sparsurf.surfaces.surface import CONCAVE, CONTACT, SADDLE
-
     print("ANALYTICAL SURFACE AREA :\n    Comp. probe_radius,   reent,    toric,   contact    SES       SAS")
-    for number, ((dense, _), pair) in enumerate(zip(components, areas, strict=True)):
-        of_kinds = [dense.area[dense.kind == kind].sum() for kind in (CONCAVE, SADDLE, CONTACT)]
-        columns = " ".join(f"{area:9.3f}" for area in (*of_kinds, *(column.sum() for column in pair)))
+    for number, (_, _, areas, accessible, _) in enumerate(components):
+        columns = " ".join(f"{area:9.3f}" for area in (*areas[::-1], areas.sum(), accessible.sum()))
         print(f"{number:7d}  {probe:9.3f}   {columns}")
 
 
-def _print_meshes(meshes: Sequence[Mesh], probe: float) -> None:
-    """Print the sizes of meshes in the lines of MSMS."""
+def _print_meshes(components: Sequence[Component], probe: float) -> None:
+    """Print the sizes of meshes in the lines of MSMS, and the exact volumes."""
     print("TRIANGULATION...")
-    for number, made in enumerate(meshes):
+    for number, (made, *_) in enumerate(components):
         n, n_faces = len(made.vertices), len(made.triangles)
         genus = 1 - (n - n_faces // 2) // 2
         print(f"    Component {number}\n    component#, vertices,  edges,  faces, genus, density")
         density = n / float(made.vertices.area.sum())
         print(f"    {number:<8d} {n:7d} {3 * n_faces // 2:7d} {n_faces:7d} {genus:4d} {density:9.3f}")
     print("NUMERICAL VOLUMES AND AREA\n    Comp. probe_radius SES_volume SES_area)")
-    for number, made in enumerate(meshes):
+    for number, (made, volume, *_) in enumerate(components):
         area = float(made.vertices.area.sum())
-        print(f"{number:8d}      {probe:4.2f} {made.volume:12.3f} {area:12.3f}")
-    print(f"    Total ses_volume: {sum(made.volume for made in meshes):9.3f}")
+        print(f"{number:8d}      {probe:4.2f} {volume:12.3f} {area:12.3f}")
+    print(f"    Total ses_volume: {sum(each.volume for each in components):9.3f}")
 
 
 def _number(given: dict[str, str], name: str, default: float, limits: Any) -> float:

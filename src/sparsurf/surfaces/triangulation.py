@@ -87,7 +87,7 @@ SURPLUS = 1.16  # vertices at this spacing for each that is requested
 SPARE = 500  # of so many vertices, one is left for thin triangles
 WIDEST_SPACING = 0.8  # Å; triangles of longer edges are collapsed from these
 POINTS_PER_AREA = 2.5  # at most, of a face, on the square of the spacing
-FINEST_STEP = 0.2  # Å
+FINEST_STEP = 0.1  # Å
 VERTICES_PER_STEP = 4.5  # vertices per Å^2 times the square of the step of a grid that has as many
 DENSITY_BETWEEN = 10.0  # dots per Å^2, of a surface whose pieces do not close
 WIDEST_CIRCLE = (
@@ -672,26 +672,24 @@ def mesh_of_rolled(
     The triangles close as the pieces of the surface do, and have their handles. Where they do not, since the pieces are
     degenerate, the mesh is that of a grid around dots, and a warning says that its handles are the grid's.
     """
-    rolled = _where_kept(rolled, left_out)
+    rolled = where_kept(rolled, left_out)
     pieces = pieces_of(rolled)
     shapes = shapes_of(rolled, pieces)
-    return _mesh_of_pieces(
-        pieces, rolled, size or MeshSize(), float(shapes.area.sum()), int(shapes.chi.sum())
-    )
+    return mesh_of_pieces(pieces, rolled, size or MeshSize(), float(shapes.area.sum()), int(shapes.chi.sum()))
 
 
 def accessible_mesh(rolled: Rolled, size: MeshSize | None = None) -> Mesh:
     """Triangulate the accessible surface: the parts of spheres on which the centre of a rolled probe can lie."""
-    rolled = _where_kept(rolled, None)
+    rolled = where_kept(rolled)
     reach = rolled.rolling.atoms.reach
     pieces, chi = _spheres_of_centres(pieces_of(rolled), rolled.rolling)
     area = float(pieces.solid @ reach[pieces.face_owner] ** 2)
-    made = _mesh_of_pieces(pieces, rolled._replace(radii=reach, probe=0.0), size or MeshSize(), area, chi)
+    made = mesh_of_pieces(pieces, rolled._replace(radii=reach, probe=0.0), size or MeshSize(), area, chi)
     kind = np.full_like(made.vertices.kind, CONTACT)  # there are no saddles beyond its borders
     return replace(made, vertices=replace(made.vertices, kind=kind))
 
 
-def _where_kept(rolled: Rolled, left_out: EnclosedCentres | None) -> Rolled:
+def where_kept(rolled: Rolled, left_out: EnclosedCentres | None = None) -> Rolled:
     """Return a probe without the centres that are left out, or, where walls of cavities are removed, without those enclosed."""
     if left_out is None and rolled.cavities == "remove":
         left_out = enclosed_of(rolled)
@@ -743,7 +741,7 @@ def _ranges(start: np.ndarray, count: np.ndarray) -> np.ndarray:
     return np.repeat(start - np.cumsum(count) + count, count) + np.arange(count.sum())
 
 
-def _mesh_of_pieces(pieces: Pieces, rolled: Rolled, size: MeshSize, area: float, chi: int) -> Mesh:
+def mesh_of_pieces(pieces: Pieces, rolled: Rolled, size: MeshSize, area: float, chi: int) -> Mesh:
     """Triangulate pieces of an area, Å^2, and an Euler characteristic."""
     n: int | None = None
     if size.n_vertices is None and size.density is None:

@@ -78,9 +78,8 @@ def test_readers_of_clients_find_a_closed_surface_with_the_names_of_its_atoms(fo
         for point, name in zip(points, names, strict=True)
     ]
     assert np.min(gap) > -2e-3 and np.quantile(gap, 0.25) < 2e-3
-    assert sum(areas.values()) == pytest.approx(
-        sparsurf.surface(TDP43, cavities="remove").area.sum(), rel=0.001
-    )
+    fine = sparsurf.mesh(TDP43, step=0.2)  # where a wall of the outside meets that of a cavity, it is whole
+    assert sum(areas.values()) == pytest.approx(fine.area, rel=0.001)
     # HMR and AtomSurf skip what has too few columns, or three lines, and count faces from 1
     loaded = np.loadtxt(folder / "ours.vert", skiprows=3, usecols=range(6))
     assert np.array_equal(loaded, vertices)
@@ -218,7 +217,7 @@ def test_each_cavity_has_files_of_its_own(folder, capsys):
             np.loadtxt(folder / f"all_{number}.face", skiprows=3, usecols=range(3), dtype=int) - 1, :3
         ]
         volume = np.linalg.det(corners - corners.mean(axis=(0, 1))).sum() / 6
-        assert volume < 0 and volume == pytest.approx(volumes[number], rel=0.01)
+        assert volumes[number] < volume < 0.9 * volumes[number]  # triangles cut the corners of a cavity
         assert centres.query(vertices[:, :3] + 1.4 * vertices[:, 3:])[0].max() < 0.5
         assert len(vertices) == pytest.approx(3.0 * areas[number], rel=0.1)
 
