@@ -18,13 +18,17 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
+from matplotlib.collections import PolyCollection
+from matplotlib.figure import Figure
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 import sparsurf
 from sparsurf_study.workflow.jobs import Job, reporter
+from measures.figures import reduce_figure
 from measures.points import msms_program
 from measures.tables import write_tables
 from sparsurf.surfaces.exact_distance import exact_distance
@@ -33,10 +37,14 @@ from sparsurf.surfaces.pieces import pieces_of, shapes_of
 from sparsurf.surfaces.radii import PROBE_RADIUS, radii
 from sparsurf.surfaces.spheres import write_spheres
 from sparsurf.threads import available_cores
+from sparsurf.views import layout
 
 OURS, MSMS, EDTSURF, NANOSHAPER = "sparsurf", "MSMS", "EDTSurf", "NanoShaper"
 LONGEST = 900  # s, of a program
 NARROW = 10  # degrees, below which angles are counted
+LIGHT = np.array([0.3, 0.4, 0.866])
+THIN = (0.85, 0.1, 0.1)  # colour of triangles with a narrow angle
+WINDOW = 7.0  # Å, half of the side of the square that is drawn
 # Å, of EDTSurf by the first letters of an atom's name, the longest first
 EDTSURF_RADII = {"CA": 1.90, "C": 1.96, "O": 1.48, "N": 1.63, "S": 1.78, "P": 1.87}
 EDTSURF_CARBONYL = 1.88  # Å, of an atom whose whole name is C
@@ -244,6 +252,39 @@ def measure_meshes(job: Job) -> None:
         progress(k, len(params.structures))
     table = pd.DataFrame(rows)
     write_tables({job.output.table: table, job.output.means: means(table)})
+    layout.save(figure(molecule, params.drawn), job.output.figure)
+    reduce_figure(job.output.figure, job.output.figure)
+
+
+def figure(molecule: sparsurf.Molecule, density: float) -> Figure:
+    """Draw the triangles of a square on the front of a molecule, ours and those of MSMS where it is installed."""
+    xyz, sizes = molecule.xyz[0].round(3), radii(molecule)
+    drawn = {OURS: by_sparsurf(xyz, sizes, density)[0]}
+    if msms_program():
+        with tempfile.TemporaryDirectory() as folder:
+            write_spheres(Path(folder, "atoms.xyzr"), xyz, sizes)
+            drawn[MSMS] = by_msms(folder, density)[0]
+    made, panels = plt.subplots(1, len(drawn), figsize=(4.6 * len(drawn), 4.9), layout="constrained")
+    for ax, (program, (points, triangles)) in zip(np.atleast_1d(panels), drawn.items(), strict=True):
+        triangles = triangles[np.argsort(points[triangles, 2].mean(axis=1))]  # those in front are drawn last
+        corners = points[triangles]
+        turn = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        light = np.abs(turn @ LIGHT) / np.maximum(np.linalg.norm(turn, axis=1), 1e-12)
+        colours = np.repeat(0.5 + 0.5 * light[:, None], 3, axis=1)
+        thin = smallest_angles(points, triangles) < NARROW
+        colours[thin] = THIN
+        edges = np.where(thin, 1.5, 0.35)
+        lines = np.where(thin[:, None], THIN, (0.25, 0.25, 0.25))
+        ax.add_collection(
+            PolyCollection(corners[:, :, :2], facecolors=colours, edgecolors=lines, linewidths=edges)
+        )
+        middle = xyz.mean(axis=0)
+        ax.set(
+            xlim=middle[0] + np.array([-WINDOW, WINDOW]), ylim=middle[1] + np.array([-WINDOW, WINDOW]),
+            aspect="equal", xticks=[], yticks=[],
+            title=f"{program}: {thin.mean():.1%} of {len(triangles):,} triangles below {NARROW}°",
+        )  # fmt: skip
+    return made
 
 
 def means(table: pd.DataFrame) -> pd.DataFrame:

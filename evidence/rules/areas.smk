@@ -29,6 +29,7 @@ rule measure_meshes:
     output:
         table=f"{TABLES}/meshes.csv",
         means=f"{TABLES}/meshes_means.csv",
+        figure=f"{FIGURES}/meshes.png",
     log:
         f"{RESULTS}/logs/measure_meshes.log",
     conda:
@@ -36,6 +37,7 @@ rule measure_meshes:
     params:
         structures={name: structure_file(name) for name in MESHES},
         settings=config["meshes"]["settings"],
+        drawn=config["meshes"]["drawn"],
     message:
         "Triangles beside those of other programs"
     script:
