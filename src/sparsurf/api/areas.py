@@ -18,7 +18,7 @@ from sparsurf.api.inputs import (
     refuse_dots,
 )
 from sparsurf.arguments import EACH_RESIDUE, TOUCHED_AREA, RadiiLike
-from sparsurf.errors import InputError, argument
+from sparsurf.errors import InputError
 from sparsurf.messages import no_warnings
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.read_molecule import molecule_of_files
@@ -402,6 +402,6 @@ def without_overlaps(molecule: Molecule, frame: int) -> Molecule:
         names = ", ".join(
             dict.fromkeys(molecule.residue_label(k) for k in np.flatnonzero(overlapping).tolist())
         )
-        message = "areas: contacts leave out %s, which overlaps another chain or ligand; choose %s that do not overlap"
-        log.warning(message, names, argument("ligands"))
+        message = "areas: contacts leave out %s, which overlaps another chain or ligand; choose ligands that do not overlap"
+        log.warning(message, names)
     return molecule.take(~overlapping)

@@ -2,6 +2,8 @@
 
 import argparse
 
+import numpy as np
+
 from sparsurf.api import writing
 from sparsurf.arguments import D_LINK
 from sparsurf.cli import options, outputs
@@ -50,6 +52,9 @@ def run(args: argparse.Namespace) -> None:
     surface = with_field(surface, args.field, **options.values_of_atoms(args))
     table = regions(surface, *surface.fields, above=args.above, below=args.below, min_area=args.min_area)
     summary = f"{pluralise(len(table), 'region')}, {table['area'].sum():,.0f} Å^2"
+    (values,) = surface.fields.values()
+    if unknown := int(np.isnan(values).sum()):
+        summary += f"; {unknown:,} of {len(values):,} dots have no value and are in no region"
     past = f"above {args.above:g}" if args.below is None else f"below {args.below:g}"
     having = f"{'has' if len(table) == 1 else 'have'} a {next(iter(surface.fields))} {past}"
     answer = f"{pluralise(len(table), 'region')} {having}, {table['area'].sum():,.0f} Å^2 in total"

@@ -120,6 +120,8 @@ class TableOfAtoms:
                 row = np.where(row < 0, found, row)
         if self._number == "residue" and "residue_name" in cells.columns:
             row = self._of_one_name(row, cells["residue_name"].tolist(), names)
+        elif self._number == "residue":
+            self._report_shared(row, names)
         self._report_unused(np.setdiff1d(np.arange(len(cells)), row), names)
         return row
 
@@ -139,6 +141,20 @@ class TableOfAtoms:
                 " residue_name blank in rows of mutated residues."
             )
         return agreed
+
+    def _report_shared(self, row: np.ndarray, names: np.ndarray) -> None:
+        """Warn of rows that fit residues of different names, such as those of two chains."""
+        first: dict[int, int] = {}
+        shared: dict[int, int] = {}
+        for atom, (k, name) in enumerate(zip(row.tolist(), names.tolist(), strict=True)):
+            if k >= 0 and names[first.setdefault(k, atom)] != name:
+                shared.setdefault(k, atom)
+        if shared:
+            k, atom = next(iter(shared.items()))
+            message = "%s: %d of %d rows fit residues of different names, such as row %d, which fits %s and %s; add the column %s"
+            residues = (self._molecule.residue_label(atom) for atom in (first[k], atom))
+            missing = "residue_name" if "chain" in self._keys else "chain"
+            log.warning(message, FILE, len(shared), len(self.cells), k + 1, *residues, missing)
 
     def _report_unused(self, unused: np.ndarray, names: np.ndarray) -> None:
         """Warn of rows that fit no atom, but for known residues of a scale that the molecule lacks; that none fits is refused."""

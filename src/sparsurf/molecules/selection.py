@@ -25,6 +25,7 @@ LONGEST_SELECTION = 10_000  # characters of an expression; mdtraj takes about 2 
 QUOTES = "''"  # a chain without a name
 # '[chain:]first[-last]'; a residue is a number, possibly negative, possibly with an insertion code.
 RANGE = re.compile(r"(?:(?P<chain>[^:]*):)?(?P<first>-?\d+[A-Za-z]?)(?:-(?P<last>-?\d+[A-Za-z]?))?")
+ALL_LIGANDS = {"all", "true", "True"}  # as the file of a config and Python write it
 WATER = "water"  # the kind of waters, and the partner that they are together
 BY_CHAIN, BY_RANGE, BY_LIGAND = 1, 2, 3  # how closely an item of a group names an atom
 
@@ -77,7 +78,7 @@ def select_atoms(
     With `report`, the residues that are left out are logged.
     """
     ranges = None if residues is None else _as_list(residues, "residues", "A:10-52A,60")
-    ligands = True if isinstance(ligands, str | list) and ligands in ("all", ["all"]) else ligands
+    names_of_ligands = _names_of_ligands(ligands)
     in_chains = _in_chains(molecule, chains)
     in_residues = _in_residues(molecule, ranges, report, in_chains, split)
     within = in_chains & in_residues
@@ -86,7 +87,7 @@ def select_atoms(
         pool = np.isin(molecule.kind, POLYMERS if chain_named else ["protein"])
     else:
         pool = atoms_of_expression(molecule, selection)
-    in_ligands = _in_ligands(molecule, ligands)
+    in_ligands = _in_ligands(molecule, names_of_ligands)
     selected = (pool | in_ligands) & within
     if groups is not None:
         in_ligands |= ligands_of_groups(molecule, groups)
@@ -96,7 +97,7 @@ def select_atoms(
             _report_ungrouped(molecule, selected & ~in_groups)
         selected &= in_groups
         within = within & (in_groups | ~np.isin(molecule.kind, POLYMERS))
-    if ligands is not True:
+    if names_of_ligands is not None:
         _refuse_ligands_outside(molecule, in_ligands, in_chains, in_residues)
     if report:
         _report_left_out(molecule, selected, within)
@@ -303,14 +304,27 @@ def _asked_for(ligands: bool | str | Sequence[str]) -> bool:
         return ligands is not None and not (isinstance(ligands, bool | np.bool_) and not ligands)
 
 
-def _in_ligands(molecule: AtomsLike, ligands: bool | str | Sequence[str]) -> np.ndarray:
-    """Return the mask (A,) of atoms in the ligands."""
+def _names_of_ligands(ligands: bool | str | Sequence[str]) -> list[str] | None:
+    """Return the names of the ligands, or None for all of them."""
     if ligands is True:
+        return None
+    if not (isinstance(ligands, str) or _asked_for(ligands)):
+        return []
+    names = split_names(",".join(_as_list(ligands, "ligands", "HEM,ZN")), "ligands", "HEM,ZN")
+    if not (wildcards := ALL_LIGANDS & {*names}):
+        return names
+    if len(names) > 1:
+        raise InputError(
+            f"{argument('ligands')}: {wildcards.pop()} means every ligand; write it without other names, or names alone."
+        )
+    return None
+
+
+def _in_ligands(molecule: AtomsLike, names: list[str] | None) -> np.ndarray:
+    """Return the mask (A,) of atoms in the ligands of some names, or in all."""
+    if names is None:
         atoms_of_residue = np.bincount(molecule.residue_index)[molecule.residue_index]
         return (molecule.kind == "other") & (atoms_of_residue > 1)
-    names = []
-    if isinstance(ligands, str) or _asked_for(ligands):
-        names = split_names(",".join(_as_list(ligands, "ligands", "HEM,ZN")), "ligands", "HEM,ZN")
     absent = [name for name in names if name not in molecule.residue_name]
     if absent and len(absent) < len(names):  # such as a list for all structures of a folder
         log.warning("%s has no ligand %s", FILE, ", ".join(absent))

@@ -180,6 +180,8 @@ def read_frames(
     if times is None:
         if not n_read or (span.step > 1 and n_read == 1):
             check_frames(len(_times(source, n_atoms, stored)), span)
+        else:
+            _report_end(n_read, span)
         if source.format.name == "dcd" and span.stop is None:
             check_dcd(source, n_atoms, n_read, span)
         time_ps, number = np.concatenate(time_parts), np.concatenate(number_parts)
@@ -204,7 +206,7 @@ def _differ_from_before(xyz: np.ndarray, before: np.ndarray) -> np.ndarray:
 
 
 def check_frames(n_frames: int, span: slice) -> None:
-    """Raise InputError if a file has none of the frames `span`, and warn of a stride that leaves one of several."""
+    """Raise InputError if a file has none of the frames `span`; warn if a stride leaves one of several, or frames are missing."""
     if n_frames <= span.start:
         raise InputError(
             f"{argument('start')}: {FILE} has {pluralise(n_frames, 'frame')}, the first at position 0, and none at {span.start}."
@@ -212,6 +214,16 @@ def check_frames(n_frames: int, span: slice) -> None:
     if 1 < n_frames - span.start <= span.step and span.stop is None:
         message = "%s has %d frames, of which a stride of %d leaves only the first: take a smaller stride"
         log.warning(message, FILE, n_frames, span.step)
+    _report_end(len(range(n_frames)[span]), span)
+
+
+def _report_end(n_read: int, span: slice) -> None:
+    """Warn if a file has fewer frames than were asked for."""
+    if span.stop is not None and n_read < len(range(span.stop)[span]):
+        message = (
+            "%s ends before position %d, the requested end: the last frame that is used is at position %d"
+        )
+        log.warning(message, FILE, span.stop, span.start + span.step * (n_read - 1))
 
 
 def _times(source: Source, n_atoms: int, stored: np.ndarray | None) -> np.ndarray:

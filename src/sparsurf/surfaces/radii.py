@@ -59,7 +59,10 @@ class OwnRadii(NamedTuple):
         masks = sorted(product((True, False), repeat=len(KEYS)), key=sum, reverse=True)
         labels = [
             *zip(
-                molecule.name.tolist(), molecule.residue_name.tolist(), molecule.element.tolist(), strict=True
+                molecule.name.tolist(),
+                np.char.upper(molecule.residue_name).tolist(),
+                molecule.element.tolist(),
+                strict=True,
             )
         ]
         found = {}
@@ -83,20 +86,28 @@ def check_radii(radii: Any) -> Any:
     elif isinstance(radii, os.PathLike) or (isinstance(radii, str) and os.path.exists(radii)):
         with naming_file(radii):
             lines = read_text(radii).splitlines()
-        source, rows = os.fspath(radii), [*csv.DictReader(lines, skipinitialspace=True)]
+        reader = csv.DictReader(lines, skipinitialspace=True)
+        source, rows, header = os.fspath(radii), [*reader], [name.strip() for name in reader.fieldnames or []]
+        if repeated := [name for name in header if header.count(name) > 1]:
+            raise InputError(f"{source} has the column {repeated[0]!r} twice; remove or rename one.")
+        if unread := [name for name in header if name not in (*KEYS, "radius")]:
+            message = "%s: the columns %s are not read; atoms are those of the columns %s"
+            log.warning(message, source, ", ".join(unread), ", ".join(KEYS))
     else:
         raise InputError(
             f"{argument('radii')} is {radii!r}; it must be {', '.join(RADII)}, or the path of a CSV with the column radius."
         )
     found: dict[tuple[str, ...], float] = {}
     for row in rows:
-        *names, element = (str(row.get(name) or "").strip() for name in KEYS)
-        key = (*names, element.upper())
+        atom, *names = (str(row.get(name) or "").strip() for name in KEYS)
+        key = (atom, *(name.upper() for name in names))
         try:
             radius = float(row["radius"])
         except (KeyError, TypeError, ValueError):
             radius = 0.0
-        if key in found or not any(key) or not LENGTH.allow(radius):
+        if (
+            key in found or not any(key) or not LENGTH.allow(radius) or None in row
+        ):  # a cell beyond the header
             raise InputError(
                 f"{source}: the row {row} is none of radii; it needs {' or '.join(KEYS)}, once, and radius, {LENGTH.words} (Å)."
             )

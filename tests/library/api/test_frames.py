@@ -211,6 +211,18 @@ def test_the_first_and_the_last_frame_are_chosen_by_position(seven, given):
     pd.testing.assert_frame_equal(found, whole[whole["frame"].isin(chosen)].reset_index(drop=True))
 
 
+def test_a_last_frame_beyond_the_end_is_told(seven, caplog):
+    for stop, start, stride in ((8, 0, 1), (9, 1, 2), (99, 2, 3)):
+        assert not caplog.messages[1:]
+        caplog.clear()
+        sparsurf.frames(seven, start=start, stop=stop, stride=stride)
+        last = [*range(7)][start::stride][-1]
+        assert f"ends before position {stop}" in caplog.text and f"is at position {last}" in caplog.text
+    caplog.clear()
+    sparsurf.frames(seven, stop=9, stride=3)  # none would follow the last one
+    assert "ends before" not in caplog.text
+
+
 def test_a_first_frame_beyond_the_end_is_refused(seven):
     with pytest.raises(InputError, match=r"start: .* has 7 frames, the first at position 0, and none at 7"):
         sparsurf.frames(seven, start=7)

@@ -160,7 +160,7 @@ def test_a_ligand_at_the_place_of_the_protein_is_left_out_of_contacts_and_named(
     overlapping = write(tmp_path / "overlapping.pdb", text + "END\n")
     right = sparsurf.areas(write(tmp_path / "three.pdb", complex_of() + "END\n")).contacts
     pd.testing.assert_frame_equal(sparsurf.areas(overlapping).contacts, right)
-    assert "BAD 700 A" in caplog.text and "LIG 500" not in caplog.text
+    assert "BAD 700 A" in caplog.text and "LIG 500" not in caplog.text and "choose ligands" in caplog.text
     command.main(["areas", str(overlapping), "--of", "contacts", "-o", str(tmp_path / "contacts.csv")])
     assert len(pd.read_csv(tmp_path / "contacts.csv")) == len(right)
 
@@ -184,6 +184,9 @@ def test_of_a_list_of_ligands_those_that_a_file_has_are_read(path, caplog):
     assert "ligand HEM" in caplog.text
     with pytest.raises(InputError, match="ligand HEM, ZN"):
         sparsurf.read_molecule(path, ligands=["HEM", "ZN"])
+    assert sparsurf.read_molecule(path, ligands="true").n_atoms == found.n_atoms
+    with pytest.raises(InputError, match="all means every ligand"):
+        sparsurf.read_molecule(path, ligands="LIG,all")
 
 
 def test_main_chains_side_chains_and_polar_atoms_have_the_areas_of_their_atoms(tmp_path):

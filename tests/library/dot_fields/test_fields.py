@@ -534,6 +534,19 @@ def test_rows_of_a_table_that_fit_no_residue_are_told(tmp_path, molecule, caplog
     assert [text.partition(": ")[2] for text in caplog.messages] == [said]
 
 
+def test_a_row_that_fits_residues_of_different_names_is_told(tmp_path, caplog):
+    text = peptide(("ALA", "SER")) + "TER\n" + peptide(("ALA", "LYS"), "B", origin=(0, 0, 9)) + "END\n"
+    (tmp_path / "two.pdb").write_text(text)
+    molecule = sparsurf.read_molecule(tmp_path / "two.pdb")
+    for header, row in (("chain,residue", "A,"), ("residue", ""), ("residue,residue_name", "")):
+        name = ",SER" if "name" in header else ""
+        (tmp_path / "scores.csv").write_text(f"{header},score\n{row}2{name},5\n")
+        values = TableOfAtoms.read(tmp_path / "scores.csv", molecule).field("score")
+        n_chains = 1 + (header == "residue")
+        assert np.isfinite(values).sum() == 5 * n_chains == 5 + 5 * ("SER 2 A and LYS 2 B" in caplog.text)
+        caplog.clear()
+
+
 def test_a_row_of_another_residue_is_refused_and_names_of_one_residue_agree(tmp_path, molecule):
     table = molecule.residues.assign(score=1.0)
     table["residue_name"] = table["residue_name"].str.title().replace({"His": "Hie", "Met": "Mse"})

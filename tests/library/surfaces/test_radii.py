@@ -71,13 +71,13 @@ def with_radii(folder, text):
     return folder / "radii.csv"
 
 
-def test_a_table_of_the_user_is_looked_up_by_its_closest_row(tmp_path):
+def test_a_table_of_the_user_is_looked_up_by_its_closest_row(tmp_path, caplog):
     rows = [
-        "residue_name, atom, element, radius",
+        "residue_name, atom, element, radius, atom_name",
         ",,C,1.7",
         ",,n,1.55",
         ",,O,1.5",
-        "PHE,,C,2.1",
+        "Phe,,C,2.1,CG",
         ",CA,,1.9",
         "PHE,CA,,2.2",
         ",,S,1.8",
@@ -88,6 +88,7 @@ def test_a_table_of_the_user_is_looked_up_by_its_closest_row(tmp_path):
         element=np.array(["C", "C", "N", "C", "C", "O"]),
     )
     assert radii(molecule, with_radii(tmp_path, "\n".join(rows))).tolist() == [2.2, 2.1, 1.55, 1.9, 1.7, 1.5]
+    assert "atom_name are not read" in caplog.text
 
 
 def test_bondi_as_a_table_or_mapping_is_bondi(tmp_path):
@@ -131,6 +132,8 @@ def test_larger_radii_of_a_structure(shared):
             "it needs atom or residue_name or element, once, and radius, a number, more than 0",
         ),
         ("element,radius\nC,1.7\nC,1.8\n", "'C', 'radius': '1.8'.*"),
+        ("element,radius,radius\nC,1.7,1.8\n", r"radii\.csv has the column 'radius' twice"),
+        ("element,radius\nC,1,7\nN,1,55\n", "None: .*'7'"),  # a decimal comma
         ("radius\n1.7\n", "residue_name or element"),
         ("element,r\nC,1.7\n", "radius, a number"),
         ({"C": 0}, "row .*'radius': 0"),
