@@ -35,10 +35,13 @@ fewer than half of the frames come last and have no rank.
 run_contacts.csv says what touches what: a row for each residue and each partner
 that buries some of it, with the share of the frames in which this is at least
 1 Å^2 (occupancy), and the mean and highest buried area (Å^2). Partners are those
-of `sparsurf areas`: each chain of polymers and each ligand that is read, or
---groups. In the rows of a ligand
-(--ligands), the column buried is what all of its partners bury of it in each
-frame, other ligands included; --groups A,B+LIG names the protein alone.
+of `sparsurf areas`: each chain of polymers and each ligand that --ligands (all, or
+names) reads, or --groups. In the rows of a ligand, the column buried is what all
+of its partners bury of it in each frame, other ligands included; --groups A,B+LIG
+names the protein alone.
+
+--start 100 --stop 500 uses the frames at the positions 100 to 499, and --stride 10
+every tenth of them.
 
 A run that was stopped continues when the same command is given again, and
 writes the same bytes. Memory does not grow with the number of frames. Parquet
@@ -48,7 +51,8 @@ examples:
   sparsurf frames protein.pdb --trajectory run.xtc -o run.csv
   sparsurf frames protein.pdb --trajectory run.xtc --jobs 4 -o run.parquet
   sparsurf frames protein.pdb --trajectory run.xtc --rank area -o run.csv
-  sparsurf frames protein.pdb --trajectory run.xtc --ligands HEM -o run.csv
+  sparsurf frames protein.pdb --trajectory run.xtc --ligands all -o run.csv
+  sparsurf frames protein.pdb --trajectory run.xtc --start 100 --stop 500 -o run.csv
   sparsurf frames models.pdb --fields hydropathy -o models.csv
 """
 

@@ -167,7 +167,8 @@ def add_molecule(parser: argparse.ArgumentParser, *, with_frame: bool = True) ->
     )
     atoms.add_argument(
         "--ligands",
-        help="residue names to include with the protein, such as HEM,ZN, of which FILE needs one; all: all but waters and ions",
+        help="ligands that are read with the protein: all (but waters and ions), or residue names such as HEM,ZN, of which FILE"
+        " needs one",
     )
     several = atoms.add_mutually_exclusive_group()
     help_text = "number of the only model to read, as written in the file (default: all models, as frames)"

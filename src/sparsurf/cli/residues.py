@@ -17,6 +17,8 @@ The table has a row for each residue: its total, contact, saddle and concave are
 flat, 0 is rough) and the mean of each field over its dots (mean_bfactor), all blank for a buried residue, its depth (Å), and the
 number of its dots, in total and on the walls of cavities. A .html or a .png file shows the roughness along each chain.
 
+A table for --table begins with a line such as chain,residue,score, followed by a line such as A,52,0.7 for each residue.
+
 {folders.FOLDERS_IN_HELP}
 examples:
   sparsurf residues protein.pdb -o residues.csv
@@ -24,6 +26,7 @@ examples:
   sparsurf residues protein.pdb --residues 209-214 --fields hydropathy -o -
   sparsurf residues protein.pdb --column mean_roughness -o roughness.pdb
   sparsurf residues protein.pdb --fields bfactor,apbs.dx -o residues.csv
+  sparsurf residues protein.pdb --table scores.csv --fields score -o residues.csv
   sparsurf residues structures/ --fields hydropathy -o residues.csv
 """
 
