@@ -182,7 +182,8 @@ def __getattr__(name: str) -> Any:
     module = FUNCTIONS.get(name) or CLASSES.get(name)
     if module is None:
         raise AttributeError(f"module 'sparsurf' has no attribute {name!r}")
-    progress.enabled = True
+    if progress.enabled is None:
+        progress.enabled = True
     if not module.startswith("molecules"):  # which have no kernels
         require_kernel_cache()
     return getattr(import_module(f"sparsurf.{module}"), name)

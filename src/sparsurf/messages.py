@@ -7,15 +7,18 @@ import re
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 
-from sparsurf.errors import printable
+from sparsurf.errors import InputError
 
 LOG = logging.getLogger("sparsurf")
 
 
 def _make_printable(record: logging.LogRecord) -> bool:
-    """Replace the control characters of a message by escape codes; a filter of the log of the package."""
-    record.template = str(record.msg)
-    record.msg, record.args = printable(record.getMessage()), ()
+    """Replace the control characters of a message by escape codes; a filter of the log of the package.
+
+    Its attribute `sentence` names its arguments as an `InputError` does, and its message by the names of a call.
+    """
+    sentence = InputError(record.getMessage())
+    vars(record).update(template=str(record.msg), sentence=sentence, msg=str(sentence), args=())
     return True
 
 

@@ -13,8 +13,9 @@ DELAY = 2.0  # s; a shorter loop shows no bar
 SECONDS_PER_LINE = 30.0  # A log, which shows no bar, gets a line so often.
 Item = TypeVar("Item")
 Report: TypeAlias = Callable[[int, int], None]  # what a loop calls with how much is done, and of how much
-# The command line and the functions of `sparsurf` turn the bars on. The jobs of a study share a terminal and leave them off.
-enabled = False
+# The functions of `sparsurf` turn the bars on, unless the command line has decided. The jobs of a study share a terminal and
+# leave them as they are, which is off.
+enabled: bool | None = None
 before_compiling: Callable[[], None] | None = None  # called before each kernel that is not stored
 stage = ""  # what a command does now, and how far it is, for the lines of a log
 

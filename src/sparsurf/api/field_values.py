@@ -11,8 +11,9 @@ import numpy as np
 
 from sparsurf import registry
 from sparsurf.api.inputs import field_names
+from sparsurf.arguments import RANK
 from sparsurf.dot_fields.maps import is_map
-from sparsurf.errors import InputError
+from sparsurf.errors import InputError, argument
 from sparsurf.patches.index import D_LINK, R_PATCH, build_index
 from sparsurf.suggestions import did_you_mean
 from sparsurf.surfaces.spacing import refuse_sparse
@@ -22,6 +23,10 @@ if TYPE_CHECKING:
     from sparsurf.surfaces.surface import Surface
 
 ROUGHNESS = "roughness"
+EXACT_AREAS = ("accessible", "relative", "buried")
+# of each residue in each frame, by which residues are ranked without a field
+RESIDUE_COLUMNS = ("area", "mean_roughness", "depth", *EXACT_AREAS)
+RANKED_QUANTITIES = tuple(name.removeprefix("mean_") for name in RESIDUE_COLUMNS)
 
 
 def check_fields(
@@ -55,6 +60,30 @@ def refuse_maps(fields: Sequence[FieldLike], function: str) -> None:
         raise InputError(
             f"{function}: {field} is a map, which belongs to one frame of one structure; leave it out."
         )
+
+
+def check_ranked_fields(
+    fields: FieldLike | Sequence[FieldLike], rank: FieldLike | None, function: str
+) -> tuple[tuple[FieldLike, ...], str]:
+    """Return the fields of every frame, with the one that ranks residues, and the name of what ranks these.
+
+    Without a `rank`, this is their roughness. Raise InputError, in the name of a function, for what is no field of frames.
+    """
+    rank = RANK if rank is None else rank
+    chosen = check_fields(fields, function, of_residues=True)
+    refuse_maps(chosen, function)
+    if not isinstance(rank, str) or rank not in RANKED_QUANTITIES:
+        if not callable(rank) and not registry.has("field", rank):
+            listed = (*RANKED_QUANTITIES, *registry.names("field"))
+            hint = did_you_mean(str(rank), listed) or f"; give one of {', '.join(listed)}."
+            raise InputError(f"{argument('rank')} is {rank!r}, which is neither a column nor a field{hint}")
+        name = registry.name_of("field", rank, "rank")
+        given = [registry.name_of("field", field, "fields") for field in chosen]
+        chosen = chosen if name in given else (*chosen, *check_fields(rank, function, True))
+        rank = name
+    for field in chosen:
+        registry.load("field", field, "fields")
+    return chosen, rank
 
 
 def with_fields(

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from sparsurf import registry
-from sparsurf.api.field_values import ROUGHNESS
+from sparsurf.api.field_values import ROUGHNESS, with_fields
 from sparsurf.api.inputs import (
     DotsLike,
     MoleculeLike,
@@ -38,6 +38,7 @@ from sparsurf.settings import PatchesSettings
 from sparsurf.suggestions import F, public
 from sparsurf.surfaces.chosen_points import Points
 from sparsurf.surfaces.surface import Surface, real_numbers
+from sparsurf.threads import available_cores
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -78,8 +79,9 @@ def fields(
 
         Hydropathy is averaged over 2.5 Å. A value of an atom, such as its B factor, belongs to its dots: where it has none, the
         nearest atom of its residue that has one counts, and dots of no known atom belong to the one whose centre is nearest.
-        `burial` needs `groups` of `surface` or `points`. Curvatures are exact, of the sphere or torus that a dot lies on. An atom
-        that donates and accepts hydrogen bonds has (donated - accepted) / (donated + accepted) of them, by its name, without
+        Dots on spheres have those that follow from dots, and 'roughness'. `burial` needs `groups` of `surface` or `points`.
+        Curvatures are exact, of the sphere or torus that a dot lies on. An atom that donates and accepts hydrogen bonds has
+        (donated - accepted) / (donated + accepted) of them, by its name, without
         hydrogens: this is no energy, has no direction and does not say whether a bond is formed.
     frame : int
         Position of the frame, from 0 (default 0).
@@ -110,7 +112,9 @@ def fields(
         if not is_name and has_atoms(dots):
             raise InputError("fields: give the molecule first, then its dots.")
         names = names if dots is None else dots
-        dots, atoms = molecule, molecule.known_molecule("fields")
+        dots, atoms = molecule, molecule.molecule
+        if dots.origin is None:
+            dots.known_molecule("fields")  # which says that there is none
         assert dots.origin is not None
         if frame not in (0, dots.origin.frame):
             raise InputError(
@@ -124,14 +128,19 @@ def fields(
                 "fields: dots are missing; call sparsurf.fields(sparsurf.surface(molecule), names)."
             )
     surface = as_dots(dots)
-    check_frame(atoms, frame, "the molecule")
-    if surface.origin:
+    if atoms is not None:
+        check_frame(atoms, frame, "the molecule")
+    if atoms is not None and surface.origin:
         surface.origin.refuse_molecule("fields", atoms, frame, whole=False)
     names = field_names(names, "names")
     if not names:
         raise InputError(f"{argument('names')}: there are no fields; give at least one, such as 'potential'.")
     import pandas as pd  # here: it takes long to load
 
+    if atoms is None:  # of spheres
+        bare, of_atoms = replace(surface, fields={}), {"charges": charges, "table": table, "smooth": smooth}
+        values = with_fields(bare, names, lambda: surface, "fields", available_cores(), of_atoms).fields
+        return pd.DataFrame(values)
     return pd.DataFrame(
         compute_fields(names, atoms.frame(frame), surface.points, charges, table, surface, smooth)
     )

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -14,6 +15,7 @@ from sparsurf.api.frames import FramesRequest, frames_request, residues_of_frame
 from sparsurf.api.origin import rows_of_origin
 from sparsurf.api.page_metadata import About, heard
 from sparsurf.api.pages import heading_of, stated_in
+from sparsurf.api.surfaces import placement
 from sparsurf.api.surroundings import contacts_on_page, drawn_without_surface, with_surroundings
 from sparsurf.arguments import D_LINK, Ranking
 from sparsurf.errors import InputError, argument
@@ -24,7 +26,6 @@ from sparsurf.settings import Settings
 from sparsurf.streams import Streams
 from sparsurf.surfaces.molecular_surface import density_for_d_link
 from sparsurf.surfaces.radii import radii
-from sparsurf.surfaces.surface import Placement
 from sparsurf.threads import available_cores, parallel_map
 
 if TYPE_CHECKING:
@@ -55,11 +56,15 @@ def shown_positions(n_frames: int) -> np.ndarray:
 
 
 def ranked_frames(
-    rank: FieldLike | None, rank_by: Ranking | None, shows_frames: bool, rules: Placement, **of_one: Any
+    rank: FieldLike | None,
+    rank_by: Ranking | None,
+    shows_frames: bool,
+    rules: Mapping[str, Any] = MappingProxyType({}),
+    **of_one: Any,
 ) -> FramesRequest:
     """Return what a page requests of frames; raise InputError for a wrong ranking, or one of a page without frames.
 
-    `of_one` are arguments about the page of one surface, by name.
+    `rules` are arguments of `placement`, and `of_one` arguments about the page of one surface, by name.
     """
     for name, given in of_one.items():
         if given is not None and shows_frames:
@@ -70,7 +75,7 @@ def ranked_frames(
                 f"{argument(name)} ranks residues by how much they change over the frames of a trajectory; give a trajectory "
                 f"without a frame, or leave {argument(name)} out."
             )
-    return frames_request(NAME_IN_ERRORS, rules, (), rank, rank_by)
+    return frames_request(NAME_IN_ERRORS, placement(**rules), (), rank, rank_by)
 
 
 def page_of_frames(

@@ -11,15 +11,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple, overload
 
 import numpy as np
 
-from sparsurf import registry
 from sparsurf.api.areas import (
     contacts_over_frames,
     maximal_areas,
-    refuse_overlapping_partners,
     sums_of_contacts,
 )
 from sparsurf.api.checkpoints import FORMATS, digest_of_arguments, in_parts, store_beside, table_writers
-from sparsurf.api.field_values import check_fields, refuse_maps
+from sparsurf.api.field_values import EXACT_AREAS, RESIDUE_COLUMNS, check_ranked_fields
 from sparsurf.api.inputs import MoleculeLike, as_molecule, opened_source
 from sparsurf.api.replacing import (
     COLUMNS_OF_CONTACTS,
@@ -41,12 +39,13 @@ from sparsurf.arguments import (
 )
 from sparsurf.dot_fields.depth import depth_below, depth_of_residues
 from sparsurf.dot_fields.named_fields import FieldLike, compute_fields, names_of_fields
-from sparsurf.errors import InputError, argument, naming_file
+from sparsurf.errors import InputError, naming_file
 from sparsurf.evaluation.frames import FrameSurface, surface_of_frame
 from sparsurf.evaluation.ranking import rank_residues, why_none_is_ranked
 from sparsurf.evaluation.residues import residue_table
 from sparsurf.files import import_pyarrow
 from sparsurf.molecules.molecule import Molecule
+from sparsurf.molecules.overlaps import refuse_overlapping_partners
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.molecules.selection import Groups, Partners, groups_of_atoms, partners_of_atoms
 from sparsurf.molecules.source import Source
@@ -54,7 +53,7 @@ from sparsurf.molecules.trajectory import EVERY_FRAME, check_frames
 from sparsurf.patches.index import D_LINK
 from sparsurf.settings import Settings
 from sparsurf.streams import Streams
-from sparsurf.suggestions import did_you_mean, public
+from sparsurf.suggestions import public
 from sparsurf.surfaces.areas import areas_of_rolled, contacts_of_rolled
 from sparsurf.surfaces.components import columns_of_components, summarize_components, without_cavities
 from sparsurf.surfaces.molecular_surface import RolledFrame
@@ -72,10 +71,6 @@ log = logging.getLogger("sparsurf")
 # So many frames are stored together, and at most so many are computed again after a stop.
 FRAMES_PER_PART = 10
 OF_FRAMES = ("xyz", "time_ps", "frame_number")  # arrays of a molecule with a row for each frame
-EXACT_AREAS = ("accessible", "relative", "buried")
-RESIDUE_COLUMNS = ("area", "mean_roughness", "depth", *EXACT_AREAS)
-# by which residues are ranked without a field
-RANKED_QUANTITIES = tuple(name.removeprefix("mean_") for name in RESIDUE_COLUMNS)
 
 
 class FrameTables(NamedTuple):
@@ -100,6 +95,21 @@ class FrameTables(NamedTuple):
     frames: pd.DataFrame
     ranking: pd.DataFrame
     contacts: pd.DataFrame
+
+
+class Written(NamedTuple):
+    """What `frames` has written to a `path`.
+
+    Attributes
+    ----------
+    n_frames : int, number of frames that were measured
+    n_before : int, number of them that a call that was stopped had finished
+    ranking : DataFrame, the table of ranked residues
+    """
+
+    n_frames: int
+    n_before: int
+    ranking: pd.DataFrame
 
 
 class FramesRequest(NamedTuple):
@@ -172,7 +182,7 @@ def frames(
     rank_by: Ranking = ...,
     groups: Groups | None = ...,
     jobs: int = ...,
-) -> None: ...
+) -> Written: ...
 
 
 @public()
@@ -192,7 +202,7 @@ def frames(
     rank_by: Ranking = RANK_BY,
     groups: Groups | None = None,
     jobs: int = 1,
-) -> FrameTables | None:
+) -> FrameTables | Written:
     """Measure the surface of every frame of a trajectory, and rank its residues by how much they change from frame to frame.
 
     Parameters
@@ -220,8 +230,9 @@ def frames(
 
     Returns
     -------
-    FrameTables, or None if `path` is given: memory then does not grow with the number of frames
+    FrameTables, or Written if `path` is given: memory then does not grow with the number of frames
         The tables `residues`, `frames`, `ranking` and `contacts`; `help(tables)`, of the result, lists their columns and units.
+        Of what is written, `n_frames`, `n_before` (frames that a stopped call had finished) and `ranking`.
 
     Raises
     ------
@@ -256,8 +267,7 @@ def frames(
         parts = [part for _, part in _parts(atoms, request, jobs)]
         tables = _all_tables(atoms, request, lambda: iter(parts)).values()
         return FrameTables(*(pd.concat(table, ignore_index=True) for table in tables))
-    write_frames(atoms, request, path, jobs)
-    return None
+    return _write_frames(atoms, request, path, jobs)
 
 
 def frames_request(
@@ -271,20 +281,8 @@ def frames_request(
 
     Without a `rank`, residues are ranked by their roughness, and without `rank_by` by its standard deviation.
     """
-    rank, rank_by = RANK if rank is None else rank, RANK_BY if rank_by is None else rank_by
-    chosen = check_fields(fields, function, of_residues=True)
-    refuse_maps(chosen, function)
-    if not isinstance(rank, str) or rank not in RANKED_QUANTITIES:
-        if not callable(rank) and not registry.has("field", rank):
-            listed = (*RANKED_QUANTITIES, *registry.names("field"))
-            hint = did_you_mean(str(rank), listed) or f"; give one of {', '.join(listed)}."
-            raise InputError(f"{argument('rank')} is {rank!r}, which is neither a column nor a field{hint}")
-        name = registry.name_of("field", rank, "rank")
-        chosen = chosen if name in names_of_fields(chosen) else (*chosen, *check_fields(rank, function, True))
-        rank = name
-    for field in chosen:
-        registry.load("field", field, "fields")
-    return FramesRequest(rules, chosen, rank, rank_by)
+    chosen, name = check_ranked_fields(fields, rank, function)
+    return FramesRequest(rules, chosen, name, RANK_BY if rank_by is None else rank_by)
 
 
 def _all_tables(
@@ -329,15 +327,7 @@ def _contacts(molecule: Molecule, request: FramesRequest, parts: Iterator[Part])
     return found[[*COLUMNS_OF_CONTACTS]].reset_index(drop=True)
 
 
-class Written(NamedTuple):
-    """What `write_frames` has written: how many frames, those of them that were finished before, and the ranked residues."""
-
-    n_frames: int
-    n_before: int
-    ranking: pd.DataFrame
-
-
-def write_frames(molecule: Molecule, request: FramesRequest, path: str | Path, jobs: int) -> Written:
+def _write_frames(molecule: Molecule, request: FramesRequest, path: str | Path, jobs: int) -> Written:
     """Write the tables of all frames.
 
     The numbers of some frames at a time are stored in a hidden folder next to the tables, which is deleted at the end.

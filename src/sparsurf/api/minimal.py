@@ -16,7 +16,7 @@ from sparsurf.arguments import (
 )
 from sparsurf.errors import InputError, argument
 from sparsurf.evaluation.floors import floors_table, fresh_dots
-from sparsurf.evaluation.minimal_subset import Representation, Subset, represent
+from sparsurf.evaluation.minimal_subset import Subset, represent
 from sparsurf.evaluation.prepared_surface import number_of_tests
 from sparsurf.patches.index import D_LINK
 from sparsurf.recovery.interpolated_surface import NEWTON_STEPS, REACH
@@ -34,8 +34,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
 log = logging.getLogger("sparsurf")
-
-SIZES = ("percent", "n_dots", "density", "error", "max_z")
 
 
 @public(of_dots=True, renamed={"model": "reconstruction"})
@@ -95,26 +93,10 @@ def minimal(
     (Subset of 2,460 dots of 24,600, (2460, 3), ['dot', 'x', 'y', 'z'])
     """
     sizes = {"percent": percent, "n_dots": n_dots, "density": density, "error": error, "max_z": max_z}
-    few = represented(surface, sizes, sampler, seed, d_link, reconstruction, error_99).subset
-    if (percent, n_dots, density) == (None, None, None) and len(few) == few.weight.sum():
-        log.warning("minimal: no smaller subset meets the limit, and all %d dots are kept", len(few))
-    return few
-
-
-def represented(
-    source: SurfaceLike,
-    sizes: dict[str, Any],
-    sampler: SamplerLike,
-    seed: int,
-    d_link: float,
-    reconstruction: Model,
-    error_99: float | None,
-) -> Representation:
-    """Return a surface and its subset of a size; those of `sizes` that are None are not requested."""
-    request = {key: value for key, value in sizes.items() if value is not None}
+    request: dict[str, Any] = {key: value for key, value in sizes.items() if value is not None}
     if len(request) > 1:
         raise InputError("minimal: give only one of percent, n_dots, density, error and max_z.")
-    dots = _linked_dots(source, d_link)
+    dots = _linked_dots(surface, d_link)
     if request.get("n_dots", 0) > len(dots):
         raise InputError(
             f"minimal: {argument('n_dots')} is {request['n_dots']}, more than the {len(dots)} dots of the surface; request fewer."
@@ -133,7 +115,10 @@ def represented(
     result = represent(dots, settings, Streams(seed), molecule, threads=available_cores())
     if not result.determines_atoms:
         warn_of_gaps("minimal", result.trials.prepared, result.subset.dots)
-    return result
+    few = result.subset
+    if (percent, n_dots, density) == (None, None, None) and len(few) == few.weight.sum():
+        log.warning("minimal: no smaller subset meets the limit, and all %d dots are kept", len(few))
+    return few
 
 
 @public(of_dots=True)
@@ -208,7 +193,7 @@ def recover(
     -------
     Surface
         The few dots, unchanged, followed by the new dots between them, with normals, areas (estimated where the surface is
-        interpolated) and interpolated fields.
+        interpolated) and interpolated fields. Its `on_spheres` is the share of the few dots that lie on inferred atoms.
 
     Raises
     ------
@@ -228,20 +213,10 @@ def recover(
                 "recover: reach, steps and reconstruction are about dots; leave them out for atoms."
             )
         return surface_of_atoms(few, replace(few.rules, density=density))
-    dense, share = recover_with_share(
-        few, density=density, reach=reach, steps=steps, reconstruction=reconstruction
-    )
-    log.info("recover: %.0f %% of the dots lie on spheres of inferred atoms", 100 * share)
-    return dense
-
-
-def recover_with_share(
-    few: DotsLike, *, density: float, reach: float, steps: int = NEWTON_STEPS, reconstruction: Model
-) -> tuple[Surface, float]:
-    """Recover a dense surface like `recover`, and return the share of the dots that lie on spheres of inferred atoms as well."""
     kept = as_dots(few)
     rebuilt = reconstruct(kept, density, reconstruction, reach, steps, available_cores())
-    return surface_with_fields(kept, rebuilt), rebuilt.share
+    log.info("recover: %.0f %% of the dots lie on spheres of inferred atoms", 100 * rebuilt.share)
+    return replace(surface_with_fields(kept, rebuilt), on_spheres=rebuilt.share)
 
 
 def _linked_dots(source: SurfaceLike, d_link: float) -> Surface:

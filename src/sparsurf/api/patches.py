@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from sparsurf import registry
 from sparsurf.api.inputs import SurfaceLike
 from sparsurf.api.surfaces import as_index, as_surface
-from sparsurf.api.whole_surface import WholeSurface, with_patches
+from sparsurf.api.whole_surface import with_patches
 from sparsurf.arguments import index_array
 from sparsurf.errors import InputError, argument
 from sparsurf.patches.descriptors import PUBLISHED, DescriptorLike, describe_patches
@@ -20,7 +20,6 @@ from sparsurf.patches.roughness import RoughnessFunction
 from sparsurf.settings import PatchesSettings
 from sparsurf.suggestions import public
 from sparsurf.surfaces.spacing import refuse_sparse
-from sparsurf.surfaces.surface import Surface
 from sparsurf.threads import available_cores
 
 if TYPE_CHECKING:
@@ -78,15 +77,12 @@ def roughness(
     """
     registry.load("roughness", roughness, "roughness")  # refused before dots are placed
     patches = PatchesSettings(r_patch=r_patch, d_link=d_link).model_copy(update={"roughness": roughness})
-    return measured_roughness(as_surface(surface, d_link), patches)[0]
-
-
-def measured_roughness(dots: Surface, patches: PatchesSettings) -> tuple[np.ndarray, WholeSurface, float]:
-    """Return R_i of dots, (N,), the surface whose patches tell it, and the mean R_i of this surface."""
-    whole = with_patches("roughness", dots, patches)
-    refuse_sparse(whole.surface.points, patches.d_link, "surface", radii={"r_patch": patches.r_patch})
+    whole = with_patches("roughness", as_surface(surface, d_link), patches)
+    refuse_sparse(whole.surface.points, d_link, "surface", radii={"r_patch": r_patch})
     values = whole.roughness(patches)
-    return values[whole.nearest], whole, float(values.mean())
+    if len(values) > len(whole.nearest):
+        log.warning("roughness: the mean roughness of their surface is %.3f", values.mean())
+    return values[whole.nearest]
 
 
 @public(of_dots=True)
@@ -142,7 +138,7 @@ def descriptors(
     """
     registry.load("descriptor", descriptor, "descriptor")  # refused before dots are placed
     index = as_index(surface, d_link, r_zernike, "r_zernike")
-    return describe_points(index, _points_at(index, at), r_zernike, up, "at", descriptor)
+    return describe_points(index, _points_at(index, at), r_zernike, up, argument("at"), descriptor)
 
 
 def describe_points(

@@ -35,6 +35,9 @@ def regions(
     above: float | None = None,
     below: float | None = None,
     min_area: float = 20.0,
+    table: str | Path | None = None,
+    smooth: float | None = None,
+    charges: str | Path = "table",
 ) -> pd.DataFrame:
     """List the regions of a surface in which a field is above or below a threshold, such as its hydrophobic patches.
 
@@ -54,6 +57,8 @@ def regions(
         value never is.
     min_area : float
         Area of the smallest region that is listed, Å^2 (default 20).
+    table, smooth, charges : as in `fields`, optional
+        Values of atoms, how widely they are averaged, and the charges of the potential, of a field that is computed here.
 
     Returns
     -------
@@ -83,7 +88,7 @@ def regions(
         (np.greater, np.fmax.reduce, "highest") if below is None else (np.less, np.fmin.reduce, "lowest")
     )
     surface = surface_of(dots, cavities="remove") if has_atoms(dots) else as_dots(labelled(dots))
-    surface = with_field(surface, field)
+    surface = _with_field(surface, field, table, smooth, charges)
     (values,) = surface.fields.values()
     past = is_past(values, limit)
     if not past.any():
@@ -108,15 +113,15 @@ def regions(
     return found[found["area"] >= min_area]
 
 
-def with_field(
-    dots: Surface, field: FieldLike, table: str | Path | None = None, smooth: float | None = None
+def _with_field(
+    dots: Surface, field: FieldLike, table: str | Path | None, smooth: float | None, charges: str | Path
 ) -> Surface:
     """Return dots with one field alone, which they have, or which is computed for them."""
-    stored = dots.fields if table is smooth is None else {}
+    stored = dots.fields if table is smooth is None and charges == "table" else {}
     if (name := str(field)) in stored:
         return replace(dots, fields={name: stored[name]})
     if dots.molecule is None:
         listed = ", ".join(stored) or "none"
         raise InputError(f"regions: these dots carry no molecule, and no field {name!r}; theirs: {listed}.")
-    values: Any = fields(dots, [field], table=table, smooth=smooth)
+    values: Any = fields(dots, [field], table=table, smooth=smooth, charges=charges)
     return replace(dots, fields=values.to_dict("series"))

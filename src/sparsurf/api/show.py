@@ -36,7 +36,6 @@ from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.molecules.source import Source
 from sparsurf.suggestions import public
 from sparsurf.surfaces.formats.colours import check_limits
-from sparsurf.surfaces.surface import Placement
 
 if TYPE_CHECKING:
     from sparsurf.api.frames import FramesRequest
@@ -105,7 +104,7 @@ def show(
         parse_output(path, PAGE_ENDINGS)
         refuse_replacing(path, (source, trajectory))
     limits, shows_frames = check_limits(limits), trajectory is not None and frame is None
-    request = ranked_frames(rank, rank_by, shows_frames, Placement(), limits=limits)
+    request = ranked_frames(rank, rank_by, shows_frames, limits=limits)
     view = View(_page_to_show(source, trajectory, frame, request, limits))
     if path is not None:
         write_page(path, view.html)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -51,6 +51,8 @@ from sparsurf.surfaces.surface_atoms import SurfaceAtoms
 from sparsurf.threads import available_cores
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     import pandas as pd
     from numpy.typing import ArrayLike
 
@@ -226,6 +228,14 @@ def mesh(
     cavities: Cavities | None = None,
     fields: FieldLike | Sequence[FieldLike] = (),
     boundary: Boundary = "excluded",
+    frame: int = 0,
+    probe_radius: float = PROBE_RADIUS,
+    radii: RadiiLike = "dms",
+    table: str | Path | None = None,
+    smooth: float | None = None,
+    charges: str | Path = "table",
+    reconstruction: Model = "auto",
+    reach: float = 1.0,
 ) -> Mesh:
     """Triangulate the solvent-excluded surface of a molecule, or the surface reconstructed from a few dots.
 
@@ -251,6 +261,12 @@ def mesh(
     boundary : {'excluded', 'accessible'}
         The surface of the space that the probe cannot enter (default), or that of the positions of its centre, whose vertices
         have atoms, and no molecule and no fields.
+    frame, probe_radius, radii : as in `surface`
+        Of a molecule, with the same defaults; dots that `surface` placed have theirs.
+    table, smooth, charges : as in `fields`
+        Values of the atoms of a molecule, how widely they are averaged, and the charges of the potential.
+    reconstruction, reach : as in `recover`
+        How the surface is reconstructed from other dots, with the same defaults.
 
     Returns
     -------
@@ -274,25 +290,40 @@ def mesh(
     7900.0
     """
     size = mesh_size(n_vertices, density, step)
-    names = check_fields(fields, "mesh")
+    names = check_fields(fields, "mesh", has_table=table is not None)
     source = opened_source(surface)
+    are_dots = isinstance(source, Surface | Points) or is_subset(source) or is_file_of_dots(source)
+    given, defaults = (
+        ({"frame": frame, "probe_radius": probe_radius, "radii": radii}, (0, PROBE_RADIUS, "dms"))
+        if are_dots
+        else ({"reconstruction": reconstruction, "reach": reach}, ("auto", 1.0))
+    )
+    for (name, value), default in zip(given.items(), defaults, strict=True):
+        if not (type(value) is type(default) and value == default):
+            content = (
+                "dots, which are placed: give it to surface()" if are_dots else "a molecule: leave it out"
+            )
+            raise InputError(f"mesh: {argument(name)} has no meaning for {content}.")
+    values_of_atoms = {"table": table, "smooth": smooth, "charges": charges}
+    if not names and (table is not None or smooth is not None or charges != "table"):
+        raise InputError("mesh: table, smooth and charges are about fields; name these, or leave them out.")
     if isinstance(source, Surface) and source.placed:
         origin = source.placed.atoms_alone
         if cavities is not None:
             origin = replace(origin, rules=replace(placement_of(origin.rules), cavities=cavities))
-        made = mesh_of_atoms(origin, size, names, boundary)
+        made = mesh_of_atoms(origin, size, names, boundary, **values_of_atoms)
         return made if boundary == "accessible" else _with_fields_of(source, made)
-    if isinstance(source, Surface | Points) or is_subset(source) or is_file_of_dots(source):
+    if are_dots:
         if cavities is not None or boundary == "accessible":
             name = "boundary" if cavities is None else "cavities"
             raise InputError(
                 f"mesh: {name} applies to a molecule, or to all dots that surface() placed; remove it, or give the molecule."
             )
-        return mesh_of_dots(as_dots(source), size, names)
-    molecule, xyz, atom_radii = as_spheres(source, 0, "dms")
-    rules = Placement(cavities=cavities or "remove")
-    origin = SurfaceOrigin.of_atoms(molecule, 0, xyz, rules, D_LINK, atom_radii)
-    return mesh_of_atoms(origin, size, names, boundary)
+        return _mesh_of_dots(as_dots(source), size, names, values_of_atoms, reconstruction, reach)
+    rules = placement(probe_radius, "auto", radii, cavities or "remove")
+    molecule, xyz, atom_radii = as_spheres(source, frame, rules.radii)
+    origin = SurfaceOrigin.of_atoms(molecule, frame, xyz, rules, D_LINK, atom_radii)
+    return mesh_of_atoms(origin, size, names, boundary, **values_of_atoms)
 
 
 def mesh_size(
@@ -311,12 +342,13 @@ def placement_of(rules: Rules) -> Placement:
     return Placement(rules.probe_radius, rules.density, rules.radii, rules.cavities, rules.reentrant)
 
 
-def mesh_of_dots(
+def _mesh_of_dots(
     few: Surface,
     size: MeshSize,
-    names: Sequence[FieldLike] = (),
-    reconstruction: Model = "auto",
-    reach: float | None = None,
+    names: Sequence[FieldLike],
+    values_of_atoms: Mapping[str, Any],
+    reconstruction: Model,
+    reach: float,
 ) -> Mesh:
     """Return the mesh recovered from few dots; each vertex has the atom of the nearest of them, and interpolated fields."""
     from sparsurf.sampling.samplers import nearest_kept
@@ -327,15 +359,15 @@ def mesh_of_dots(
     nearest = nearest_kept(all_points, np.arange(len(few)))[0][len(few) :]
     origin = few.origin and few.origin.atoms_alone
     vertices = replace(vertices, atom=few.atom[nearest], origin=origin)
-    vertices = with_fields(vertices, names, lambda: dense, "mesh", available_cores())
+    vertices = with_fields(vertices, names, lambda: dense, "mesh", available_cores(), values_of_atoms)
     return _with_fields_of(few, replace(made, vertices=vertices))
 
 
 def _reconstructed_mesh(
-    few: Surface, size: MeshSize, reconstruction: Model, reach: float | None
+    few: Surface, size: MeshSize, reconstruction: Model, reach: float
 ) -> tuple[Mesh, Surface]:
     """Return the mesh reconstructed from few dots, without atoms and fields, and the dense dots between which it lies."""
-    from sparsurf.recovery.interpolated_surface import NEWTON_STEPS, REACH
+    from sparsurf.recovery.interpolated_surface import NEWTON_STEPS
     from sparsurf.recovery.reconstructing import reconstruct
     from sparsurf.surfaces.decimation import GRID_STEP, WIDEST_STEP, sized_mesh
     from sparsurf.surfaces.grid_mesh import mesh_of_dense
@@ -349,9 +381,7 @@ def _reconstructed_mesh(
     fineness = (GRID_STEP / (size.step or GRID_STEP)) ** 2
     density = max(PUBLISHED_DENSITY * max(1.0, fineness), size.density or 0.0)
     threads = available_cores()
-    dense, outward, *_ = reconstruct(
-        few, density, reconstruction, REACH if reach is None else reach, NEWTON_STEPS, threads
-    )
+    dense, outward, *_ = reconstruct(few, density, reconstruction, reach, NEWTON_STEPS, threads)
     made = sized_mesh(partial(mesh_of_dense, dense, outward, threads=threads), size)
     return made, Surface(dense, outward)
 
@@ -417,10 +447,10 @@ def as_index(source: SurfaceLike, d_link: float, radius: float, name: str) -> Pa
 
 
 def placement(
-    probe_radius: float,
-    density: float | Auto,
-    radii: RadiiLike,
-    cavities: Cavities,
+    probe_radius: float = PROBE_RADIUS,
+    density: float | Auto = "auto",
+    radii: RadiiLike = "dms",
+    cavities: Cavities = "keep",
     reentrant: Reentrant = "exact",
 ) -> Placement:
     """Return how dots are placed for what the functions and commands were given; a density or 'auto'."""

@@ -3,6 +3,7 @@
 import argparse
 from typing import Any
 
+import sparsurf
 from sparsurf.api import writing
 from sparsurf.api.inputs import is_file_of_spheres
 from sparsurf.arguments import TOUCHED_AREA
@@ -92,8 +93,6 @@ def run(args: argparse.Namespace) -> None:
 
 def _computed(args: argparse.Namespace) -> tuple[Any, Any]:
     """Return the columns of the table of FILE, and its areas."""
-    from sparsurf.api.areas import areas, without_overlaps  # here: wrong arguments need no kernels
-
     rules = options.placement_options(args)
     del rules["cavities"]  # no option of this command
     with_ligands = args.of == "contacts" and args.ligands is args.selection is args.groups is None
@@ -103,8 +102,10 @@ def _computed(args: argparse.Namespace) -> tuple[Any, Any]:
     if not of_molecule and args.of not in (None, "atoms"):
         raise InputError(f"--of: {args.file} holds spheres, which have no {args.of}; leave the option out.")
     if with_ligands:
+        from sparsurf.molecules.overlaps import without_overlaps  # here: a mistake needs no numpy
+
         source = without_overlaps(source, args.frame or 0)
-    computed = areas(source, groups=args.groups, **rules, **of_molecule)
+    computed = sparsurf.areas(source, groups=args.groups, **rules, **of_molecule)
     table = computed.columns(args.of or ("residues" if of_molecule else "atoms"))
     if args.residues is not None and computed.molecule is not None:
         atoms = options.requested_atoms(args, computed.molecule)

@@ -2,8 +2,10 @@
 
 import argparse
 
+import sparsurf
 from sparsurf.api.inputs import is_file_of_spheres
 from sparsurf.cli import options, outputs
+from sparsurf.messages import no_warnings
 
 FORMATS = (".xyzr", ".pqr", ".pdb")
 EXAMPLES = """\
@@ -29,20 +31,20 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     options.add_file(parser, "structure, or a file with radii or elements")
     options.add_output(parser, FORMATS)
     options.add_molecule(parser)
-    options.add_placement(parser)
+    options.add_placement(parser, " keep", "plugs")
 
 
 def run(args: argparse.Namespace) -> None:
     """Write the atoms."""
-    from sparsurf.api.surface_atoms import surface_atoms, surface_of_atoms  # here: they load kernels
-    from sparsurf.api.writing import write
-
     outputs.check(args, (".xyzr",) if is_file_of_spheres(args.file) else FORMATS)
     source, of_molecule = options.read_spheres_or_atoms(args, "surface of")
-    few = surface_atoms(source, **options.placement_options(args), **of_molecule)
-    write(few, args.output)
+    rules = options.placement_options(args)
+    few = sparsurf.surface_atoms(source, **rules, **of_molecule, **options.given(args, "plugs"))
+    sparsurf.write(few, args.output)
     if outputs.is_reported(args):
-        n_touched, area = int(few.touched.sum()), surface_of_atoms(few).total_area
+        with no_warnings():  # of atoms without plugs
+            area = sparsurf.recover(few).total_area
+        n_touched = int(few.touched.sum())
         message = f"{len(few):,} of {len(few.spheres.radii):,} atoms ({len(few) / area:.3f} per Å^2): {n_touched:,} that the "
         message += f"probe touches, and {len(few) - n_touched:,} plugs. "
         equal = "The surface is the same as that of all atoms."

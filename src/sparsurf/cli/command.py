@@ -12,13 +12,12 @@ import os
 import re
 import sys
 import textwrap
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from importlib import import_module
-from inspect import signature
 from typing import Any, NoReturn
 
-from sparsurf import __version__, progress, registry
+from sparsurf import FUNCTIONS, __version__, progress, registry
 from sparsurf.errors import InputError, name_in_call, printable
 from sparsurf.files import open_closed_streams
 from sparsurf.garbage_collection import collect_rarely
@@ -174,7 +173,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     args.words = arguments  # which a page names as its command
     progress.enabled = not args.quiet
     try:
-        with _warnings_to_stderr(), _compiling(args.quiet), progress.lines_in_log(args.command):
+        with _warnings_to_stderr(options), _compiling(args.quiet), progress.lines_in_log(args.command):
             args.function(args)
         sys.stdout.flush()
     except BrokenPipeError:  # the reader, `head` say, has seen enough
@@ -252,11 +251,26 @@ def _compiling(quiet: bool) -> Iterator[None]:
         progress.before_compiling = None
 
 
-def _warnings_to_stderr() -> AbstractContextManager[None]:
+def _warnings_to_stderr(options: Parser | None = None) -> AbstractContextManager[None]:
     """Print warnings of the library, one line each; its notes are for the logs of a study."""
-    handler = logging.StreamHandler()  # the standard error of now: tests exchange it
-    handler.setFormatter(logging.Formatter("sparsurf: warning: %(message)s"))
-    return listening(handler.handle)
+
+    def warn(record: logging.LogRecord) -> None:
+        sentence = getattr(record, "sentence", None)
+        text = record.getMessage() if sentence is None else sentence.worded(_option_of(options))
+        print(f"sparsurf: warning: {text}", file=sys.stderr)
+
+    return listening(warn)
+
+
+def _option_of(options: Parser | None) -> Callable[[str], str]:
+    """Return a function that returns the option of an argument, or the argument itself where the command has none."""
+
+    def option(argument: str) -> str:
+        name = name_in_call(argument)
+        word = "--" + name.replace("_", "-")
+        return word if options is not None and word in options._option_string_actions else name
+
+    return option
 
 
 def _sentence(error: InputError | OSError, options: Parser | None) -> str:
@@ -265,24 +279,8 @@ def _sentence(error: InputError | OSError, options: Parser | None) -> str:
         is_full = error.errno in (errno.ENOSPC, errno.EDQUOT)
         advice = " Free space on this disk, or name an output on another one." if is_full else ""
         return printable(f"{error.filename or 'the output'}: {error.strerror}.{advice}")
-    python_only = []
-
-    def option(argument: str) -> str:
-        """Return the option that stands for an argument; the argument as it is where the command has none."""
-        name = name_in_call(argument)
-        word = "--" + name.replace("_", "-")
-        if options is not None and word in options._option_string_actions:
-            return word
-        python_only.append(name)
-        return name
-
-    message = error.worded(option)
+    message = error.worded(_option_of(options))
     command, _, reason = message.partition(": ")
-    if command in COMMANDS:  # the line begins with the command already
-        message = reason
-    # imported here, since a mistake in the command line needs no numpy
-    from sparsurf.molecules.read_molecule import read_molecule
-
-    if any(name in signature(read_molecule).parameters for name in python_only):
-        message = f"{message.removesuffix('.')} (arguments of sparsurf.read_molecule in Python)."
-    return message
+    return (
+        reason if command in COMMANDS or command in FUNCTIONS else message
+    )  # the line begins with the command already

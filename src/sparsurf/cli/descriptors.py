@@ -5,14 +5,14 @@ import argparse
 import numpy as np
 import pandas as pd
 
+import sparsurf
 from sparsurf.api import writing
-from sparsurf.api.patches import descriptors
 from sparsurf.arguments import Limits
 from sparsurf.cli import options, outputs
-from sparsurf.patches.descriptors import PUBLISHED
-from sparsurf.patches.zernike.polynomials import indices
 
+PUBLISHED = "published"
 OF_MOMENTS = (PUBLISHED, "rotation_robust")  # descriptors whose numbers are magnitudes of moments
+MAX_ORDER = 20
 
 EXAMPLES = """\
 The table has a row for each patch: the number of its dot, its position, and the columns z_n_m, which are the 121 magnitudes
@@ -55,7 +55,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )
     options.add(parser, "d_link", has_default=True)
     options.add_molecule(parser)
-    options.add_placement(parser)
+    options.add_placement(parser, " keep", "reentrant")
 
 
 def run(args: argparse.Namespace) -> None:
@@ -65,7 +65,7 @@ def run(args: argparse.Namespace) -> None:
     dots = options.dots_of_residues(args, surface, molecule) if args.at is None else np.asarray(args.at)
     dots = dots[:: args.every or 1]
     options.say(f"descriptors of {len(dots):,} patches")
-    z = descriptors(
+    z = sparsurf.descriptors(
         surface,
         dots,
         r_zernike=args.r_zernike,
@@ -82,7 +82,8 @@ def run(args: argparse.Namespace) -> None:
 
 def descriptor_table(z: np.ndarray, descriptor: str = PUBLISHED) -> pd.DataFrame:
     """Return a table of descriptors (T, width): columns z_n_m for those of the library, which are moments, else z_0, z_1, ..."""
-    orders = [f"{n}_{m}" for n, m in indices()] if descriptor in OF_MOMENTS else range(z.shape[1])
+    moments = [f"{n}_{m}" for n in range(MAX_ORDER + 1) for m in range(n % 2, n + 1, 2)]
+    orders = moments if descriptor in OF_MOMENTS else range(z.shape[1])
     return pd.DataFrame(z, columns=[f"z_{order}" for order in orders])
 
 

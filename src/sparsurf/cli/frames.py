@@ -5,14 +5,16 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
+import sparsurf
 from sparsurf import registry
 from sparsurf.api.replacing import beside_frames, path_of_frames
+from sparsurf.arguments import RANK_BY
 from sparsurf.cli import options, outputs
 from sparsurf.files import pluralise
 from sparsurf.molecules.formats import TOPOLOGY_LABELS
 
 if TYPE_CHECKING:
-    from sparsurf.api.frames import Written
+    import pandas as pd
 
 FORMATS = registry.suffixes("frames")
 N_REPORTED = 5  # residues that change most
@@ -76,30 +78,30 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> None:
     """Write the tables."""
     outputs.check(args, FORMATS, beside_frames(args.output))
-    from sparsurf.api.frames import frames_request, write_frames  # here: wrong arguments need no numba
-    from sparsurf.api.surfaces import placement
+    from sparsurf.api.field_values import check_ranked_fields  # here: a mistake in the output needs no numpy
 
-    rules = placement(density="auto", **options.placement_options(args))
     fields = options.names_of_requested_fields(args)
-    request = frames_request("frames", rules, fields, args.rank, args.rank_by)._replace(groups=args.groups)
+    _, rank = check_ranked_fields(fields, args.rank, "frames")  # before a trajectory is read
     molecule = options.read_atoms(args, {name: getattr(args, name) for name in ("stride", "start", "stop")})
-    written = write_frames(molecule, request, args.output, args.jobs)
+    ranking = options.given(args, "rank", "rank_by", "groups", "jobs")
+    rules = options.placement_options(args)
+    written = sparsurf.frames(molecule, path=args.output, fields=fields, **ranking, **rules)
     text = f"{pluralise(molecule.n_residues, 'residue')} in {pluralise(written.n_frames, 'frame')}"
     text += f", of which {written.n_before} were finished before" if written.n_before else ""
     tables = f"{path_of_frames(args.output)} has a row for each frame, {path_of_frames(args.output, 'ranking')} for each residue"
-    outputs.report(args, f"{text}; {tables}{_first(written, request.rank, request.rank_by)}")
+    outputs.report(
+        args, f"{text}; {tables}{_first(written.ranking, written.n_frames, rank, args.rank_by or RANK_BY)}"
+    )
 
 
-def _first(written: Written, quantity: str, rank_by: str) -> str:
+def _first(ranking: pd.DataFrame, n_frames: int, quantity: str, rank_by: str) -> str:
     """Say which residues change most; nothing if none is ranked."""
     from sparsurf.views.overview.frames import STATISTICS  # here: wrong arguments need no numba
     from sparsurf.views.overview.profile import labels_of
 
-    changing = written.ranking.dropna(subset="rank").head(N_REPORTED)
+    changing = ranking.dropna(subset="rank").head(N_REPORTED)
     if changing.empty:
         return ""
     numbers = zip(labels_of(changing), changing[rank_by], changing["frames"], strict=True)
-    named = ", ".join(
-        f"{label} ({value:.2f} in {n} of {written.n_frames} frames)" for label, value, n in numbers
-    )
+    named = ", ".join(f"{label} ({value:.2f} in {n} of {n_frames} frames)" for label, value, n in numbers)
     return f". The {quantity} changes most at {named}: {STATISTICS[rank_by]} over these frames"

@@ -1,19 +1,19 @@
 """`sparsurf minimal`: the few dots that represent a surface."""
 
-import argparse
+from __future__ import annotations
 
+import argparse
+from typing import Any
+
+import sparsurf
 from sparsurf.api import writing
-from sparsurf.api.minimal import SIZES, represented
-from sparsurf.arguments import MODELS
+from sparsurf.arguments import AUTO, MODELS, SPHERES
 from sparsurf.cli import options, outputs
-from sparsurf.evaluation.minimal_subset import Representation
-from sparsurf.evaluation.statistics import reference_values
-from sparsurf.recovery.reconstructing import AUTO, SPHERES
 from sparsurf.registry import COVER
-from sparsurf.sampling.samplers import sampler_label
-from sparsurf.threads import available_cores
+from sparsurf.registry import label as label_of
 from sparsurf.views.numbers import decimals, number, share
 
+SIZES = ("percent", "n_dots", "density", "error", "max_z")
 FORMATS = writing.OUTPUTS_OF_DOTS_ALONE
 WIDE = 2.5  # ratio of the ends of an interval, of the number of dots, that calls for a fixed share
 
@@ -78,7 +78,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )
     options.add_reconstruction(parser, meaning)
     options.add_molecule(parser)
-    options.add_placement(parser)
+    options.add_placement(parser, " keep", "reentrant")
 
 
 def run(args: argparse.Namespace) -> None:
@@ -86,28 +86,10 @@ def run(args: argparse.Namespace) -> None:
     outputs.check(args, FORMATS)
     surface, molecule = options.read_dots(args)
     options.say(f"choosing among {len(surface):,} dots")
-    sizes = {name: getattr(args, name) for name in SIZES}
     surface = options.with_requested_fields(args, surface, molecule)
-    result = represented(
-        surface, sizes, args.sampler, args.seed, args.d_link, args.reconstruction, args.error_99
-    )
-    few, message = result.subset, ""
-    if outputs.is_reported(args):
-        message = share_kept(len(few), len(surface), few.interval)
-        density = len(few) / result.trials.prepared.area
-        per_area = number(density, decimals(density, 2))
-        label = sampler_label(few.sampler)
-        chosen = f"chosen by {label}"
-        if few.sampler == COVER:
-            chosen = label if result.determines_atoms else "too few to determine the atoms"
-        message = f"{len(few):,} of {len(surface):,} dots ({message}; {per_area} per Å^2), {chosen}"
-        if few.interval and few.interval[1] > WIDE * few.interval[0]:
-            message += ". The interval is wide: --percent keeps a fixed share"
-        if len(few) < len(surface):
-            options.say(f"errors of the surface of {len(few):,} dots")
-            message += f"\n{_error(result)}"
-        elif (args.percent, args.n_dots, args.density) == (None, None, None):
-            message += ". No smaller subset meets the limit"
+    arguments = *SIZES, "sampler", "reconstruction", "error_99", "d_link", "seed"
+    few = sparsurf.minimal(surface, **options.given(args, *arguments))
+    message = _message(few) if outputs.is_reported(args) else ""
     about = options.about(args, whole=surface, notes=few.decision)
     shown = next(iter(few.surface.fields)) if args.fields else "weight"
     outputs.write_output(
@@ -124,14 +106,30 @@ def share_kept(kept: int, n: int, interval: tuple[float, float] | None) -> str:
     return f"{text} %; 95 % interval {low} to {high} %"
 
 
-def _error(result: Representation) -> str:
-    """Return the sentence on the error of the surface that is reconstructed from the subset."""
-    trials, errors = result.trials, result.errors(available_cores(), everywhere=True).iloc[0]
-    is_rebuilt = errors["reconstruction"] == SPHERES
+def _message(few: sparsurf.Subset) -> str:
+    """Return what is reported of a subset."""
+    n, density, errors = int(few.weight.sum()), few.density, None
+    if len(few) < n and few.measure_errors is not None:
+        options.say(f"errors of the surface of {len(few):,} dots")
+        errors = few.measure_errors(everywhere=True).iloc[0]
+        density = errors["density"]  # also of dots without areas
+    label = label_of("sampler", few.sampler)
+    chosen = f"chosen by {label}"
+    if few.sampler == COVER:
+        chosen = label if few.determines_atoms else "too few to determine the atoms"
+    kept = f"{share_kept(len(few), n, few.interval)}; {number(density, decimals(density, 2))} per Å^2"
+    message = f"{len(few):,} of {n:,} dots ({kept}), {chosen}"
+    if few.interval and few.interval[1] > WIDE * few.interval[0]:
+        message += ". The interval is wide: --percent keeps a fixed share"
+    return message if errors is None else "\n".join([message, _error(errors), *few.decision])
+
+
+def _error(errors: Any) -> str:
+    """Return the sentences on the errors of the surface that is reconstructed from a subset."""
+    is_rebuilt, average = errors["reconstruction"] == SPHERES, errors["Z_mean_patch"]
     surface = (
         "rebuilt on the atoms that these dots determine" if is_rebuilt else "interpolated between these dots"
     )
-    average = reference_values(trials.prepared.describe(trials.tests)[0])["Z_mean_descriptor"]
     worse = " These dots describe a patch worse than the mean patch does: keep more."
     return (
         f"The surface {surface} deviates by {errors['mean']:.4f} Å on average (99 %: "
@@ -140,5 +138,4 @@ def _error(result: Representation) -> str:
         f"Its Z is {errors['Z_published']:.2f}: "
         f"an identical surface has a Z of 0, and the mean patch in place of every patch has a Z of {average:.2f}."
         + (worse if errors["Z_published"] > average else "")
-        + "".join(f"\n{sentence}" for sentence in result.subset.decision)
     )

@@ -1,5 +1,7 @@
 """Options that several commands share, and the surfaces that they request."""
 
+from __future__ import annotations
+
 import argparse
 import logging
 import math
@@ -8,10 +10,11 @@ import shlex
 import sys
 from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn, get_args
 
 import numpy as np
 
+import sparsurf
 from sparsurf import progress, registry
 from sparsurf.api.inputs import check_frame, is_file_of_spheres
 from sparsurf.api.page_metadata import About, heard
@@ -19,8 +22,9 @@ from sparsurf.arguments import (
     ARGUMENTS,
     EACH_RESIDUE,
     MODELS,
-    PROBE_RADIUS,
+    PLDDT,
     RANK,
+    Hydrogens,
     Limits,
     split_names,
 )
@@ -36,28 +40,29 @@ from sparsurf.molecules.formats import (
     suffix,
     title,
 )
-from sparsurf.molecules.molecule import Molecule
-from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.molecules.selection import select_atoms
 from sparsurf.molecules.source import Source, open_source, what_is_no_structure
-from sparsurf.surfaces.read_surface import read_surface
+from sparsurf.surfaces.radii import check_radii
 from sparsurf.surfaces.spheres import SPHERE_FORMATS
-from sparsurf.surfaces.surface import Surface
-from sparsurf.threads import available_cores
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 log = logging.getLogger("sparsurf")
 
+HOW_TO_READ = ("altloc", "hydrogens", "plddt", "whole")
 ATOM_OPTIONS = ("chains", "selection", "ligands", "model", "assembly", "assembly_name")
-VALUES_OF_ATOMS = ("table", "smooth")  # what a user says of atoms
+VALUES_OF_ATOMS = ("table", "smooth", "charges")  # what a user says of atoms
 STRUCTURE_OPTIONS = (
     "trajectory",
     "frame",
     *ATOM_OPTIONS,
+    *HOW_TO_READ,
     "residues",
     "groups",
     *VALUES_OF_ATOMS,
 )  # without a meaning for a file of dots
-PLACEMENT_OPTIONS = ("probe_radius", "radii", "cavities")  # which have none, either
+PLACEMENT_OPTIONS = ("probe_radius", "radii", "cavities", "reentrant", "boundary")  # which have none, either
 
 
 class Names(Container[str]):
@@ -112,10 +117,21 @@ def add(
     """
     parameter = ARGUMENTS[name]
     allowed: Any = parameter.allowed
+    if allowed is bool:
+        parser.add_argument(
+            f"--{name}", action=argparse.BooleanOptionalAction, default=None, help=meaning or parameter.words
+        )
+        return
     checks = {"type": number_within(allowed)} if isinstance(allowed, Limits) else {"choices": allowed}
     checks |= {"default": parameter.default} if has_default else {}
     option = f"--{name.replace('_', '-')}"
     parser.add_argument(*flags, option, metavar=metavar, help=meaning or parameter.words, **checks)
+
+
+def given(args: argparse.Namespace, *names: str) -> dict[str, Any]:
+    """Return the arguments of a function that stand on the command line."""
+    values = {name: getattr(args, name, None) for name in names}
+    return {name: value for name, value in values.items() if value is not None}
 
 
 def add_file(parser: argparse.ArgumentParser, meaning: str) -> None:
@@ -180,6 +196,13 @@ def add_molecule(parser: argparse.ArgumentParser, *, with_frame: bool = True) ->
     several.add_argument("--assembly", action="store_true", default=None, help=help_text)
     help_text = "read the declared assembly of this name, such as 2, in place of the first one"
     atoms.add_argument("--assembly-name", metavar="NAME", help=help_text)
+    help_text = "alternate location of an atom: first (default), highest occupancy, or a letter"
+    atoms.add_argument("--altloc", help=help_text)
+    help_text = "whether explicit hydrogens are read (default keep)"
+    atoms.add_argument("--hydrogens", choices=get_args(Hydrogens), help=help_text)
+    help_text = "lowest pLDDT (0 to 100) of the residues of a predicted model that are read (default: all)"
+    atoms.add_argument("--plddt", type=number_within(PLDDT), help=help_text)
+    add(atoms, "whole")
 
 
 def add_groups(parser: argparse._ActionsContainer) -> None:
@@ -220,9 +243,12 @@ def add_residues(parser: argparse._ActionsContainer) -> None:
 
 
 def add_placement(
-    parser: argparse.ArgumentParser, cavities: str | None = " keep"
+    parser: argparse.ArgumentParser, cavities: str | None = " keep", *further: str
 ) -> argparse._ActionsContainer:
-    """Add the group of options that define a surface; `cavities` says which rule for cavities holds by default, None without."""
+    """Add the group of options that define a surface, with `further` ones, and return it.
+
+    `cavities` says which rule for cavities holds by default; it is None for a command without such a rule.
+    """
     group = parser.add_argument_group("surface of a structure")
     add(group, "probe_radius")
     group.add_argument(
@@ -232,14 +258,14 @@ def add_placement(
     )
     if cavities is not None:
         add(group, "cavities", meaning=f"{ARGUMENTS['cavities'].meaning} (default{cavities})")
+    for name in further:
+        add(group, name)
     return group
 
 
 def placement_options(args: argparse.Namespace, cavities: str = "keep") -> dict[str, Any]:
     """Return how dots are placed, by the names of arguments; `cavities` is the rule for cavities where none is given."""
-    rules = {"probe_radius": PROBE_RADIUS, "radii": "dms", "cavities": cavities}
-    given = {name: getattr(args, name, None) for name in PLACEMENT_OPTIONS}
-    return rules | {name: value for name, value in given.items() if value is not None}
+    return {"cavities": cavities} | given(args, *PLACEMENT_OPTIONS)
 
 
 def add_colours(parser: argparse._ActionsContainer) -> None:
@@ -274,11 +300,11 @@ def refuse_size_of_mesh(args: argparse.Namespace) -> None:
             "--colours colours a mesh, and dots always have colours; add --mesh, or leave the option out."
         )
     sizes = [name for name in ("density", "n_vertices", "step") if getattr(args, name) is not None]
-    given = [f"--{name.replace('_', '-')}" for name in sizes]
+    flags = [f"--{name.replace('_', '-')}" for name in sizes]
     if {*sizes} - {"density"} and not args.mesh:
-        raise InputError(f"{given[-1]} is the size of a mesh; add --mesh, or leave the option out.")
+        raise InputError(f"{flags[-1]} is the size of a mesh; add --mesh, or leave the option out.")
     if len(sizes) > 1:
-        raise InputError(f"give either {' or '.join(given)}, not {'both' if len(given) == 2 else 'all'}.")
+        raise InputError(f"give either {' or '.join(flags)}, not {'both' if len(flags) == 2 else 'all'}.")
 
 
 def add_fields(parser: argparse._ActionsContainer, has_table: bool = True) -> None:
@@ -299,6 +325,8 @@ def add_values_of_atoms(parser: argparse._ActionsContainer) -> None:
     )
     parser.add_argument("--table", metavar="CSV", help=help_text)
     add(parser, "smooth", metavar="WIDTH")
+    help_text = "charges of the potential: table (default; PARSE, with missing hydrogens), pdb2pqr, or the path of a PQR file"
+    parser.add_argument("--charges", metavar="CHARGES", help=help_text)
 
 
 def source_of(args: argparse.Namespace) -> Source:
@@ -338,34 +366,32 @@ def read_spheres_or_atoms(args: argparse.Namespace, action: str) -> tuple[Any, d
     return molecule, {"frame": args.frame or 0}
 
 
-def read_dots(args: argparse.Namespace, cavities: str = "keep") -> tuple[Surface, Molecule | None]:
+def read_dots(
+    args: argparse.Namespace, cavities: str = "keep"
+) -> tuple[sparsurf.Surface, sparsurf.Molecule | None]:
     """Return the dots of FILE, or those that are placed on its atoms, and its molecule; `args.heard` as of `read_atoms`.
 
     `cavities` is the rule for cavities where none is given.
     """
     if is_file_of_spheres(args.file):
         refuse_structure_options(args, "spheres")
-        from sparsurf.api.surfaces import surface as surface_of  # here: wrong arguments need no numba
-
         with heard(args.file) as args.heard:
-            return surface_of(args.file, d_link=args.d_link, **placement_options(args, cavities)), None
+            return sparsurf.surface(args.file, d_link=args.d_link, **placement_options(args, cavities)), None
     if not reads_atoms(args):
         refuse_structure_options(args, "dots")
         with heard(args.file) as args.heard:
-            return read_surface(args.file), None
+            return sparsurf.read_surface(args.file), None
     molecule = read_atoms(args)
     say(f"surface of {molecule.n_atoms:,} atoms")
-    from sparsurf.api.surfaces import surface as surface_of  # here: wrong arguments need no numba
-
     rules = placement_options(args, cavities)
-    return surface_of(molecule, frame=args.frame or 0, d_link=args.d_link, **rules), molecule
+    return sparsurf.surface(molecule, frame=args.frame or 0, d_link=args.d_link, **rules), molecule
 
 
 def refuse_structure_options(args: argparse.Namespace, content: str) -> None:
     """Raise InputError for options of a structure where the file holds something else."""
     refused = {
         "dots": (*STRUCTURE_OPTIONS, *PLACEMENT_OPTIONS), "spheres": (*STRUCTURE_OPTIONS, "radii"),
-        "structures": ("trajectory", "column", *VALUES_OF_ATOMS),
+        "structures": ("trajectory", "column", "table", "smooth"),
     }[content]  # fmt: skip
     for name in refused:
         if getattr(args, name, None) is not None:
@@ -374,7 +400,9 @@ def refuse_structure_options(args: argparse.Namespace, content: str) -> None:
             )
 
 
-def dots_of_residues(args: argparse.Namespace, surface: Surface, molecule: Molecule | None) -> np.ndarray:
+def dots_of_residues(
+    args: argparse.Namespace, surface: sparsurf.Surface, molecule: sparsurf.Molecule | None
+) -> np.ndarray:
     """Return the dots of the requested residues; all dots without such a request."""
     if args.residues is None or molecule is None:
         return np.arange(len(surface))
@@ -386,7 +414,7 @@ def dots_of_residues(args: argparse.Namespace, surface: Surface, molecule: Molec
     return dots
 
 
-def requested_atoms(args: argparse.Namespace, molecule: Molecule) -> np.ndarray:
+def requested_atoms(args: argparse.Namespace, molecule: sparsurf.Molecule) -> np.ndarray:
     """Return the mask (A,) of the atoms of the requested residues."""
     with naming_file(args.file):
         return select_atoms(molecule, residues=args.residues, selection="all")
@@ -400,48 +428,53 @@ def names_of_requested_fields(args: argparse.Namespace) -> list[str]:
     return [] if args.fields is None else split_names(args.fields, "fields", "hydropathy")
 
 
-def values_of_atoms(args: argparse.Namespace) -> dict[str, Any]:
-    """Return what a table says of the atoms, and how widely it is averaged, by the names of arguments."""
-    return {name: getattr(args, name) for name in VALUES_OF_ATOMS}
-
-
-def with_requested_fields(args: argparse.Namespace, surface: Surface, molecule: Molecule | None) -> Surface:
+def with_requested_fields(
+    args: argparse.Namespace, surface: sparsurf.Surface, molecule: sparsurf.Molecule | None
+) -> sparsurf.Surface:
     """Return the surface with the requested fields."""
     names = names_of_requested_fields(args)
     if not names:
         return surface
-    from sparsurf.dot_fields.named_fields import compute_fields  # here: few ask for fields
-
     if molecule is None:
         raise InputError(
             f"--fields: {args.file} holds dots, but fields are computed from atoms; give a structure."
         )
-    fields = compute_fields(
-        names, molecule.frame(args.frame or 0), surface.points, dots=surface, **values_of_atoms(args)
+    of_atoms = given(args, *VALUES_OF_ATOMS)
+    return _with_columns(
+        surface, sparsurf.fields(molecule, surface, names, frame=args.frame or 0, **of_atoms)
     )
-    return replace(surface, fields=surface.fields | fields)
 
 
-def with_fields_of_spheres(surface: Surface, names: Sequence[str]) -> Surface:
+def with_fields_of_spheres(surface: sparsurf.Surface, names: Sequence[str]) -> sparsurf.Surface:
     """Return the surface of spheres with the requested fields, which must follow from the spheres alone."""
-    from sparsurf.api.field_values import check_fields
-    from sparsurf.api.field_values import with_fields as with_values
+    if not names:
+        return surface
+    from sparsurf.api.field_values import check_fields  # here: few ask for fields
 
-    return with_values(surface, check_fields(names, "surface"), lambda: surface, "surface", available_cores())
+    return _with_columns(surface, sparsurf.fields(surface, check_fields(names, "surface")))
 
 
-def read_atoms(args: argparse.Namespace, of_frames: Mapping[str, Any] | None = None) -> Molecule:
+def _with_columns(surface: sparsurf.Surface, table: pd.DataFrame) -> sparsurf.Surface:
+    """Return the surface with the columns of a table as further fields."""
+    columns = {str(name): column.to_numpy() for name, column in table.items()}
+    return replace(surface, fields=surface.fields | columns)
+
+
+def read_atoms(args: argparse.Namespace, of_frames: Mapping[str, Any] | None = None) -> sparsurf.Molecule:
     """Return the molecule of FILE, with all its frames; what reading it said is `args.heard` from now on.
 
     All frames of the keys `of_frames` of `read_molecule` are used if these are given, and otherwise the one of `--frame`.
     """
+    if getattr(args, "radii", None) is not None:
+        check_radii(args.radii)  # before a structure is read
     keys = {key: getattr(args, key) for key in ATOM_OPTIONS}
     keys["assembly"] = keys.pop("assembly_name") or bool(keys["assembly"])
     groups = getattr(args, "groups", None)
     keys["groups"] = None if groups == EACH_RESIDUE else groups
     keys["ligands"] = False if keys["ligands"] is None else keys["ligands"]
     with heard(args.file) as args.heard:
-        molecule = read_molecule(source_of(args), args.trajectory, **(of_frames or {}), **keys)
+        keys |= given(args, *HOW_TO_READ)
+        molecule = sparsurf.read_molecule(source_of(args), args.trajectory, **(of_frames or {}), **keys)
     if of_frames is not None:
         return molecule
     name = args.trajectory or args.file

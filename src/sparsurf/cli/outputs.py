@@ -12,7 +12,7 @@ from sparsurf.surfaces.formats.colours import Scale, check_limits
 from sparsurf.surfaces.formats.meshes import BY_TRIMESH, import_trimesh
 
 # The options that can name files which are read.
-READ_OPTIONS = ("file", "files", "trajectory", "at", "table")
+READ_OPTIONS = ("file", "files", "trajectory", "at", "table", "charges")
 
 
 def check(args: argparse.Namespace, formats: tuple[str, ...], companions: Companions | None = None) -> None:

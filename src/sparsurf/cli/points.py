@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import argparse
 
+import sparsurf
 from sparsurf import registry
 from sparsurf.api.field_values import check_fields
-from sparsurf.api.points import N_POINTS, points
-from sparsurf.api.writing import OUTPUTS_OF_DOTS, write
+from sparsurf.api.writing import OUTPUTS_OF_DOTS
 from sparsurf.cli import folders, options, outputs
 from sparsurf.dot_fields.maps import MAPS
 from sparsurf.molecules.formats import title
-from sparsurf.surfaces.chosen_points import NamedPoints, Points
+from sparsurf.surfaces.chosen_points import NamedPoints
 
 FORMATS = tuple(dict.fromkeys([*registry.suffixes("points"), *OUTPUTS_OF_DOTS]))
 EXAMPLES = f"""\
@@ -42,7 +42,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     folders.add_files(parser, "structure")
     options.add_output(parser, FORMATS)
     size = parser.add_mutually_exclusive_group()
-    options.add(size, "n_dots", "-n", meaning=f"number of points on each structure (default {N_POINTS})")
+    options.add(size, "n_dots", "-n", meaning="number of points on each structure (default 1024)")
     options.add(size, "density", meaning="number of points per Å^2, instead of --n-dots")
     options.add(parser, "seed", has_default=True)
     help_text = "values at the points: roughness (of the dense surface), %(choices)s, or maps"
@@ -61,15 +61,17 @@ def run(args: argparse.Namespace) -> None:
     ):
         return
     few = _computed(args)
-    write(NamedPoints.of_points(title(args.file), few), args.output)
+    sparsurf.write(NamedPoints.of_points(title(args.file), few), args.output)
     outputs.report(args, f"{len(few.points):,} points on the surface")
 
 
-def _computed(args: argparse.Namespace) -> Points:
+def _computed(args: argparse.Namespace) -> sparsurf.Points:
     """Return the points on FILE."""
-    settings = {"density": args.density, "seed": args.seed, **options.placement_options(args, "remove")}
-    settings |= {"fields": options.names_of_requested_fields(args), "groups": args.groups}
+    settings = options.given(args, "n_dots", "density", "seed", "groups") | options.placement_options(
+        args, "remove"
+    )
+    settings["fields"] = options.names_of_requested_fields(args)
     source, of_molecule = options.read_spheres_or_atoms(args, "points on")
     if not of_molecule:
         options.say("points on spheres")
-    return points(source, args.n_dots, **settings, **of_molecule)
+    return sparsurf.points(source, **settings, **of_molecule)

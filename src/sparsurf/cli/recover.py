@@ -1,5 +1,7 @@
 """`sparsurf recover`: the dense surface that is reconstructed from a few dots with normals."""
 
+from __future__ import annotations
+
 import argparse
 from dataclasses import replace
 from types import SimpleNamespace
@@ -7,21 +9,16 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 
+import sparsurf
 from sparsurf.api import writing
-from sparsurf.api.minimal import recover_with_share
 from sparsurf.api.page_metadata import heard
-from sparsurf.api.patches import describe_points
 from sparsurf.api.replacing import beside_mesh
-from sparsurf.api.surfaces import mesh_of_dots, mesh_size
 from sparsurf.arguments import INTERPOLANT, MODELS
 from sparsurf.cli import options, outputs
 from sparsurf.cli.descriptors import descriptor_table
 from sparsurf.errors import InputError
 from sparsurf.files import ends_in
-from sparsurf.patches.index import D_LINK, R_ZERNIKE, build_index
-from sparsurf.surfaces.read_surface import read_points, read_surface
-from sparsurf.surfaces.spacing import DENSITY, refuse_sparse
-from sparsurf.surfaces.surface import Surface
+from sparsurf.surfaces.read_surface import read_points
 
 EXAMPLES = """\
 FILE contains a few dots with normals, such as minimal.csv, or the dots of any program. The result contains these dots first and
@@ -57,10 +54,11 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )
     options.add_colours(parser)
     options.add_limits(parser)
-    help_text = f"dots per Å^2; up to a third more where the surface is interpolated (default {DENSITY:g}); with --mesh, vertices"
+    help_text = "dots per Å^2; up to a third more where the surface is interpolated (default 5.35); with --mesh, vertices"
     options.add(parser, "density", meaning=help_text)
     options.add_size_of_mesh(parser)
-    options.add(parser, "reach", has_default=True)
+    options.add(parser, "reach")
+    options.add(parser, "steps")
     options.add_reconstruction(
         parser,
         "auto (default) uses the inferred atoms if they explain the dots, interpolant never does, and spheres "
@@ -78,6 +76,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """Write the dense dots, their triangles, or descriptors of their patches."""
+    if args.mesh and args.steps is not None:
+        raise InputError("--steps applies to dots, and --mesh writes triangles; leave out one of the two.")
     if args.mesh and args.at is not None:
         raise InputError(
             "--at writes descriptors, and --mesh writes triangles; leave out one of the two options."
@@ -92,56 +92,37 @@ def run(args: argparse.Namespace) -> None:
     )
     outputs.check(args, formats, beside_mesh(args.output) if args.mesh else None)
     with heard(args.file) as args.heard:
-        few = read_surface(args.file)
+        few = sparsurf.read_surface(args.file)
     options.say(f"surface reconstructed from {len(few):,} dots")
     points_at = None if args.at is None else read_points(args.at)
+    ways = options.given(args, "reach", "reconstruction", "density")
     if args.mesh:
-        triangles = _mesh(args, few)
+        made = sparsurf.mesh(few, **ways, **options.given(args, "n_vertices", "step"))
+        triangles = writing.mesh_dots(made)
         message = f"{triangles.message} from {len(few):,} dots"
-        outputs.write_output(args, replace(triangles, message=message))
+        about = options.about(args)
+        outputs.write_output(args, replace(triangles, coloured=args.colours, message=message, about=about))
         return
-    dense, share = recover_with_share(
-        few, density=args.density or DENSITY, reach=args.reach, reconstruction=args.reconstruction
-    )
+    dense = sparsurf.recover(few, **ways, **options.given(args, "steps"))
     if points_at is not None:
-        _describe(args, dense, points_at)
+        z = sparsurf.descriptors(dense, points_at)
+        table = pd.DataFrame(points_at, columns=["x", "y", "z"]).join(descriptor_table(z))
+        writing.write_table(args.output, table, {"points": points_at, "z": z})
+        outputs.report(args, f"{len(z):,} patches")
         return
-    on_spheres = f"{100 * share:.0f} % of these" if share > 0 else "none of these"
-    on_spheres = (
-        "" if args.reconstruction == INTERPOLANT else f"; {on_spheres} lie on spheres of inferred atoms"
-    )
-    message = f"{len(dense):,} dots from {len(few):,}{on_spheres}"
-    dots = _dense_dots(dense, len(few), _is_dms(args))
+    message = f"{len(dense):,} dots from {len(few):,}"
+    if args.reconstruction != INTERPOLANT:
+        on_spheres = f"{100 * dense.on_spheres:.0f} % of these" if dense.on_spheres else "none of these"
+        message += f"; {on_spheres} lie on spheres of inferred atoms"
+    dots = _dense_dots(dense, len(few), ends_in(args.output, ".dms"))
     outputs.write_output(args, replace(dots, message=message, about=options.about(args)))
 
 
-def _mesh(args: argparse.Namespace, few: Surface) -> writing.DotsToWrite:
-    """Return the triangles of the reconstructed surface."""
-    size = mesh_size(args.n_vertices, args.density, args.step)
-    made = mesh_of_dots(few, size, reconstruction=args.reconstruction, reach=args.reach)
-    return replace(writing.mesh_dots(made), coloured=args.colours, about=options.about(args))
-
-
-def _is_dms(args: argparse.Namespace) -> bool:
-    """Return whether the output is a DMS file."""
-    return ends_in(args.output, ".dms")
-
-
-def _dense_dots(dense: Surface, n_kept: int, is_dms: bool) -> writing.DotsToWrite:
+def _dense_dots(dense: sparsurf.Surface, n_kept: int, is_dms: bool) -> writing.DotsToWrite:
     """Return dots whose first ones were kept; in a DMS file they belong to one dummy atom."""
     n = len(dense)
     atom = SimpleNamespace(residue_name=["DOT"], residue=["1"], name=["DOT"], xyz=dense.points[None, :1])
     if is_dms:  # a format without empty columns
-        dense = Surface(dense.points, dense.normals, dense.area, np.zeros(n), np.zeros(n))
+        dense = sparsurf.Surface(dense.points, dense.normals, dense.area, np.zeros(n), np.zeros(n))
     kept = pd.DataFrame({"kept": (np.arange(n) < n_kept).astype(int)})
     return writing.DotsToWrite(dense, kept, "kept", atom if is_dms else None)
-
-
-def _describe(args: argparse.Namespace, dense: Surface, points_at: np.ndarray) -> None:
-    """Write the descriptors of the patches around points (T, 3), Å."""
-    refuse_sparse(dense.points, D_LINK, f"--density {args.density or DENSITY:g}", "give a larger --density")
-    index = build_index(dense.points, dense.normals, D_LINK)
-    z = describe_points(index, points_at, R_ZERNIKE, True, "--at")
-    table = pd.DataFrame(points_at, columns=["x", "y", "z"]).join(descriptor_table(z))
-    writing.write_table(args.output, table, {"points": points_at, "z": z})
-    outputs.report(args, f"{len(z):,} patches")

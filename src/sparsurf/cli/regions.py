@@ -1,9 +1,13 @@
 """`sparsurf regions`: connected dots at which a field lies past a threshold."""
 
+from __future__ import annotations
+
 import argparse
+from dataclasses import replace
 
 import numpy as np
 
+import sparsurf
 from sparsurf.api import writing
 from sparsurf.arguments import D_LINK
 from sparsurf.cli import options, outputs
@@ -39,7 +43,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     options.add(parser, "min_area", has_default=True)
     options.add_values_of_atoms(parser)
     options.add_molecule(parser)
-    options.add_placement(parser, " remove")
+    options.add_placement(parser, " remove", "reentrant")
     parser.set_defaults(d_link=D_LINK)
 
 
@@ -47,16 +51,18 @@ def run(args: argparse.Namespace) -> None:
     """Write the table of regions, or the page that lists them."""
     outputs.check(args, FORMATS)
     surface, _ = options.read_dots(args, "remove")
-    from sparsurf.api.regions import regions, with_field  # here: wrong arguments need no numba
-
-    surface = with_field(surface, args.field, **options.values_of_atoms(args))
-    table = regions(surface, *surface.fields, above=args.above, below=args.below, min_area=args.min_area)
+    field, values = args.field, options.given(args, *options.VALUES_OF_ATOMS)
+    if surface.molecule is not None and (values or field not in surface.fields):
+        column = sparsurf.fields(surface, [field], **values).iloc[:, 0]
+        field = str(column.name)
+        surface = replace(surface, fields={field: column.to_numpy()})
+    table = sparsurf.regions(surface, field, **options.given(args, "above", "below", "min_area"))
+    surface = replace(surface, fields={field: surface.fields[field]})
     summary = f"{pluralise(len(table), 'region')}, {table['area'].sum():,.0f} Å^2"
-    (values,) = surface.fields.values()
-    if unknown := int(np.isnan(values).sum()):
-        summary += f"; {unknown:,} of {len(values):,} dots have no value and are in no region"
+    if unknown := int(np.isnan(surface.fields[field]).sum()):
+        summary += f"; {unknown:,} of {len(surface):,} dots have no value and are in no region"
     past = f"above {args.above:g}" if args.below is None else f"below {args.below:g}"
-    having = f"{'has' if len(table) == 1 else 'have'} a {next(iter(surface.fields))} {past}"
+    having = f"{'has' if len(table) == 1 else 'have'} a {field} {past}"
     answer = f"{pluralise(len(table), 'region')} {having}, {table['area'].sum():,.0f} Å^2 in total"
     if len(table) > 1:
         answer += f"; the largest: {', '.join(f'{area:,.0f}' for area in table['area'].head(LARGEST))} Å^2"

@@ -39,7 +39,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     options.add_residues(parser)
     options.add_fields(parser)
     options.add_molecule(parser)
-    options.add_placement(parser)
+    options.add_placement(parser, " keep", "reentrant")
     parser.set_defaults(d_link=D_LINK)
 
 

@@ -1,7 +1,10 @@
 """`sparsurf roughness`: R_i of every dot."""
 
+from __future__ import annotations
+
 import argparse
 
+import sparsurf
 from sparsurf.api import writing
 from sparsurf.cli import options, outputs
 
@@ -28,25 +31,22 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     options.add_residues(parser)
     options.add(parser, "d_link", has_default=True)
     options.add_molecule(parser)
-    options.add_placement(parser)
+    options.add_placement(parser, " keep", "reentrant")
 
 
 def run(args: argparse.Namespace) -> None:
     """Write the dots with their roughness."""
     outputs.check(args, FORMATS)
     surface, molecule = options.read_dots(args)
-    from sparsurf.api.patches import measured_roughness  # here: wrong arguments need no numba
-    from sparsurf.settings import PatchesSettings
-
     options.say(f"roughness of {len(surface):,} dots")
-    patches = PatchesSettings(r_patch=args.r_patch, d_link=args.d_link)
-    values, whole, mean = measured_roughness(surface, patches)
+    rules = options.given(args, "r_patch", "d_link")
+    values = sparsurf.roughness(surface, **rules)
     chosen = options.dots_of_residues(args, surface, molecule)
     surface, values = surface.take(chosen), values[chosen]
     table = {"roughness": values} | ({} if molecule is None else molecule.label_columns(surface.atom))
     message = f"{len(surface):,} dots, mean roughness {values.mean():.3f}"
-    if len(whole.surface) > len(whole.nearest):
-        message = f"{len(surface):,} dots; the mean roughness of their surface is {mean:.3f}"
     options.say(f"writing {len(surface):,} dots")
-    about = options.about(args, patches=patches, roughness=values)
+    from sparsurf.settings import PatchesSettings  # here: a mistake needs no pydantic
+
+    about = options.about(args, patches=PatchesSettings(**rules), roughness=values)
     outputs.write_output(args, writing.DotsToWrite(surface, table, "roughness", message=message, about=about))

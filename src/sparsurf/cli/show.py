@@ -10,11 +10,10 @@ from sparsurf.api.frame_pages import page_of_frames, ranked_frames, shown_positi
 from sparsurf.api.pages import page_of_surface
 from sparsurf.api.replacing import is_own_page
 from sparsurf.api.show import has_display, open_page
-from sparsurf.api.surfaces import placement
 from sparsurf.api.writing import PAGE_ENDINGS, DotsToWrite, write_page
+from sparsurf.arguments import D_LINK
 from sparsurf.cli import options, outputs
 from sparsurf.molecules.formats import stem
-from sparsurf.patches.index import D_LINK
 
 EXAMPLES = """\
 The page shows the surface above the cartoon of the molecule and its ligands, coloured by roughness, fields, chains or the kinds
@@ -47,7 +46,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--no-open", action="store_true", help="write the page without opening it in the browser"
     )
     options.add_molecule(parser)
-    options.add_placement(parser)
+    options.add_placement(parser, " keep", "reentrant")
     options.add_fields(parser)
     options.add_limits(parser)
     options.add_ranking(parser.add_argument_group("residues of a trajectory"))
@@ -61,7 +60,7 @@ def run(args: argparse.Namespace) -> None:
         outputs.check(args, PAGE_ENDINGS, {Path(args.output): is_own_page})
     outputs.check(args, PAGE_ENDINGS)
     shows_frames = _shows_frames(args)
-    rules = placement(density="auto", **options.placement_options(args))
+    rules = options.placement_options(args)
     of_one = {"fields": args.fields, "limits": args.limits}
     request = ranked_frames(args.rank, args.rank_by, shows_frames, rules, **of_one)
     molecule, key = options.read_atoms(args, {}) if shows_frames else None, None

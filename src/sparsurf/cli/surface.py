@@ -1,25 +1,29 @@
 """`sparsurf surface`: the dots of a molecule."""
 
+from __future__ import annotations
+
 import argparse
 import os
 from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
+import sparsurf
 from sparsurf.api import writing
 from sparsurf.api.inputs import is_file_of_spheres
 from sparsurf.api.page_metadata import heard
 from sparsurf.api.replacing import beside_mesh
-from sparsurf.arguments import BOUNDARIES, D_LINK
+from sparsurf.arguments import BOUNDARIES
 from sparsurf.cli import options, outputs
 from sparsurf.errors import InputError
 from sparsurf.files import pluralise
-from sparsurf.molecules.molecule import Molecule
-from sparsurf.surfaces.radii import radii
-from sparsurf.surfaces.surface import COMPONENT_FIELD, Placement, Surface, SurfaceOrigin
 
+if TYPE_CHECKING:
+    import numpy as np
+
+COMPONENT = "component"  # column of the dots
 FORMATS = writing.OUTPUTS_OF_DOTS
-EXCLUDED, ACCESSIBLE = BOUNDARIES
+ACCESSIBLE = BOUNDARIES[1]
+OF_DOTS = ("reentrant", "d_link", "groups")  # options that triangles have not
 EXAMPLES = """\
 The columns of a CSV are x,y,z,nx,ny,nz, area (Å^2), kind (0 contact, 1 saddle, 2 concave), component (0 is the largest), chain,
 residue, residue_name, atom_name and atom (its index among the atoms that are read, from 0). A PLY of dots is a point cloud,
@@ -29,6 +33,8 @@ alone, use --selection.
 --mesh writes a closed mesh of triangles instead of dots. Its vertices lie on the surface, and two triangles share every edge.
 For a NAME.vert, the triangles stand in a NAME.face next to it, which replaces only triangles of a NAME.vert.
 A .html file is the page of `sparsurf show`, and a .png file is a picture; both show the first field, or the kinds of dots.
+With --groups, the dots lie on the surface of the first group alone, and the field burial is their depth (Å) below the surface of
+all groups together.
 --boundary accessible places dots or triangles on the solvent-accessible surface, a probe radius outside of the atoms. They have
 no component.
 A cavity is an enclosed part of the surface that a probe can neither enter nor leave.
@@ -58,11 +64,12 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     options.add_colours(parser)
     options.add_limits(parser)
     options.add_molecule(parser)
+    options.add_groups(parser)
     options.add_residues(parser)
-    dots = options.add_placement(parser, ": keep for dots, remove for triangles")
+    rule_for_cavities = ": keep for dots, remove for triangles"
+    dots = options.add_placement(parser, rule_for_cavities, "reentrant", "boundary", "d_link")
     help_text = "dots per Å^2 (default: 5.35, or more if patches would otherwise be fragmented); with --mesh, vertices per Å^2"
     options.add(dots, "density", meaning=help_text)
-    options.add(dots, "boundary")
     options.add_size_of_mesh(dots)
     options.add_fields(dots)
 
@@ -89,6 +96,11 @@ def run(args: argparse.Namespace) -> None:
                 f"--fields: {refused[0]} is one of the excluded surface; leave it out, or --boundary."
             )
     options.refuse_size_of_mesh(args)
+    if args.mesh and (of_dots := options.given(args, *OF_DOTS)):
+        option = next(iter(of_dots)).replace("_", "-")
+        raise InputError(
+            f"--{option} applies to dots, and --mesh writes triangles; leave out one of the two."
+        )
     if args.mesh:
         outputs.check(args, writing.OUTPUTS_OF_MESH, beside_mesh(args.output))
     else:
@@ -105,46 +117,29 @@ def run(args: argparse.Namespace) -> None:
 
 def _of_spheres(args: argparse.Namespace) -> writing.DotsToWrite:
     """Return the dots or triangles of a file with radii, or of a small molecule."""
-    from sparsurf.api.surfaces import mesh, surface
-
     options.refuse_structure_options(args, "spheres")
     names = options.names_of_requested_fields(args)
-    rules = options.placement_options(args, _cavities(args))
-    with heard(args.file) as args.heard:
-        dots = surface(
-            args.file,
-            density="auto" if args.mesh else args.density or "auto",
-            boundary=EXCLUDED if args.mesh else args.boundary or EXCLUDED,
-            **rules,
-        )
     if args.mesh:
-        size = {"density": args.density, "n_vertices": args.n_vertices, "step": args.step}
-        made = mesh(dots, **size, fields=names, boundary=args.boundary or EXCLUDED)
-        return replace(writing.mesh_dots(made), coloured=args.colours)
+        with heard(args.file) as args.heard:
+            return _triangles(args, args.file)
+    with heard(args.file) as args.heard:
+        dots = sparsurf.surface(args.file, **options.given(args, "density", "d_link"), **_rules(args))
     table, message = _columns_and_message(args, dots)
     table["atom"] = dots.atom
     dots = options.with_fields_of_spheres(dots, names)
     return writing.DotsToWrite(dots, table, message=message, about=options.about(args))
 
 
-def _dots(args: argparse.Namespace, molecule: Molecule) -> writing.DotsToWrite:
+def _dots(args: argparse.Namespace, molecule: sparsurf.Molecule) -> writing.DotsToWrite:
     """Return the dots with their component and their fields."""
-    from sparsurf.api.surfaces import surface
-
     if "roughness" in options.names_of_requested_fields(args):
         raise InputError(
             f"--fields: dots are written without roughness; sparsurf roughness {args.file} writes that of each dot."
         )
-    rules = options.placement_options(args, _cavities(args))
-    frame, boundary = args.frame or 0, args.boundary or EXCLUDED
-    bare = surface(molecule, frame=frame, density=args.density or "auto", boundary=boundary, **rules)
-    dots = bare
-    if boundary == ACCESSIBLE:
-        # values of atoms need to know these; functions for excluded dots would take such dots for their own
-        xyz = molecule.xyz[frame]
-        origin = SurfaceOrigin.of_atoms(molecule, frame, xyz, Placement(), D_LINK, np.ones(len(xyz)))
-        dots = dots.with_origin(origin)
-    dots = replace(options.with_requested_fields(args, dots, molecule), origin=bare.origin)
+    keys = options.given(args, "frame", "density", "d_link", "groups")
+    bare = sparsurf.surface(molecule, **keys, **_rules(args))
+    molecule = bare.molecule or molecule  # that of the first group
+    dots = options.with_requested_fields(args, bare, molecule)
     table, message = _columns_and_message(args, bare)
     table |= molecule.label_columns(dots.atom)
     about = options.about(args)
@@ -154,36 +149,24 @@ def _dots(args: argparse.Namespace, molecule: Molecule) -> writing.DotsToWrite:
         areas = bare.exact_areas
         area = dots.total_area if areas is None else areas[options.requested_atoms(args, molecule)].sum()
         message = f"{len(dots):,} of {len(bare):,} dots, {area:,.0f} Å^2 of {bare.total_area:,.0f} Å^2"
-    return writing.DotsToWrite(dots, table, None, molecule, frame, message=message, about=about)
+    return writing.DotsToWrite(dots, table, None, molecule, args.frame or 0, message=message, about=about)
 
 
-def _triangles(args: argparse.Namespace, molecule: Molecule) -> writing.DotsToWrite:
+def _triangles(args: argparse.Namespace, molecule: sparsurf.Molecule | str) -> writing.DotsToWrite:
     """Return the vertices of the closed triangles, with their fields."""
-    from sparsurf.api.field_values import check_fields
-    from sparsurf.api.surfaces import mesh_of_atoms, mesh_size, placement
-
-    requested = options.names_of_requested_fields(args)
-    names = check_fields(requested, "surface", has_table=args.table is not None)
-    rules = placement(density="auto", **options.placement_options(args, _cavities(args)))
-    frame = args.frame or 0
-    xyz, atom_radii = molecule.xyz[frame].round(3), radii(molecule, rules.radii)
-    origin = SurfaceOrigin.of_atoms(molecule, frame, xyz, rules, D_LINK, atom_radii)
-    size = mesh_size(args.n_vertices, args.density, args.step)
-    return replace(
-        writing.mesh_dots(
-            mesh_of_atoms(origin, size, names, args.boundary or EXCLUDED, **options.values_of_atoms(args))
-        ),
-        coloured=args.colours,
-        about=options.about(args),
-    )
+    size = options.given(args, "n_vertices", "density", "step", "frame", *options.VALUES_OF_ATOMS)
+    made = sparsurf.mesh(molecule, fields=options.names_of_requested_fields(args), **size, **_rules(args))
+    return replace(writing.mesh_dots(made), coloured=args.colours, about=options.about(args))
 
 
-def _cavities(args: argparse.Namespace) -> str:
-    """Return the rule for cavities that holds by default."""
-    return "remove" if args.mesh else "keep"
+def _rules(args: argparse.Namespace) -> dict[str, Any]:
+    """Return how the surface is made; the walls of cavities are kept with dots and removed from triangles by default."""
+    return options.placement_options(args, "remove" if args.mesh else "keep")
 
 
-def _columns_and_message(args: argparse.Namespace, dots: Surface) -> tuple[dict[str, np.ndarray], str]:
+def _columns_and_message(
+    args: argparse.Namespace, dots: sparsurf.Surface
+) -> tuple[dict[str, np.ndarray], str]:
     """Return the columns of dots and the message on them, which names no components of the accessible surface."""
     if args.boundary != ACCESSIBLE:
         return _with_components(dots)
@@ -191,13 +174,13 @@ def _columns_and_message(args: argparse.Namespace, dots: Surface) -> tuple[dict[
     return {"area": dots.area, "kind": dots.kind}, text
 
 
-def _with_components(dots: Surface) -> tuple[dict[str, np.ndarray], str]:
+def _with_components(dots: sparsurf.Surface) -> tuple[dict[str, np.ndarray], str]:
     """Return the columns of all dots of a placement, and the message on these dots and the components of their surface."""
     from sparsurf.surfaces.components import columns_of_components, summarize_components, volume_in_words
 
     component = dots.known_components("components")
     summary = summarize_components(columns_of_components(dots))
-    columns = {"area": dots.area, "kind": dots.kind, COMPONENT_FIELD: component}
+    columns = {"area": dots.area, "kind": dots.kind, COMPONENT: component}
     parts = pluralise(int(summary["components"]), "component")
     text = f"{len(dots):,} dots, {dots.total_area:,.0f} Å^2, {volume_in_words(summary)}; {parts}"
     if summary["cavities"]:

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from sparsurf.surfaces.surface import Surface
 
 FieldLike: TypeAlias = "str | Callable[..., np.ndarray]"
+SAME_PLACE = 2e-3  # Å, of dots that were placed on atoms rounded to 0.001 Å
 # Kyte & Doolittle, J. Mol. Biol. 157:105, 1982
 HYDROPATHY = {
     "ILE": 4.5, "VAL": 4.2, "LEU": 3.8, "PHE": 2.8, "CYS": 2.5, "MET": 1.9, "MSE": 1.9, "ALA": 1.8, "GLY": -0.4,
@@ -89,12 +90,17 @@ def values_at_dots(
     """Return the value (N,) of the atom that each dot belongs to, or a mean of values (A,) of atoms with the width `smooth`, Å.
 
     Where that atom has no value, the nearest one of its residue that has one counts. Dots whose atom is unknown belong to the
-    atom whose centre is nearest.
+    atom whose centre is nearest. It is known of dots that carry their molecule, and of those that face away from their atoms, as
+    all of the accessible surface do.
     """
     values, xyz = np.asarray(values, float), molecule.xyz[0]
     if smooth is not None:
         return gaussian_mean(values, xyz, points, smooth)
-    if dots is not None and dots.origin is not None and 0 <= dots.atom.min() <= dots.atom.max() < len(values):
+    is_known = dots is not None and 0 <= dots.atom.min() <= dots.atom.max() < len(values)
+    if dots is not None and is_known and dots.origin is None:
+        away = dots.points - xyz[dots.atom]
+        is_known = np.allclose(np.linalg.norm(away, axis=1)[:, None] * dots.normals, away, atol=SAME_PLACE)
+    if dots is not None and is_known:
         atom = dots.atom
     else:
         from scipy.spatial import cKDTree  # here: it takes a quarter of a second to load
@@ -185,7 +191,7 @@ def compute_fields(
         )
     if "potential" not in fields and charges != "table":
         raise InputError(
-            "charges: they are those of the field potential; add it to the names, or leave charges out."
+            f"{argument('charges')} are those of the field potential; add it to the fields, or leave them out."
         )
     out: dict[str, np.ndarray] = {}
     rows = None if table is None or molecule is None else TableOfAtoms.read(table, molecule)

@@ -20,6 +20,7 @@ from sparsurf.dot_fields.named_fields import compute_fields, takes_dots
 from sparsurf.errors import InputError, argument
 from sparsurf.evaluation.prepared_surface import PreparedSurface, number_of_tests
 from sparsurf.evaluation.residues import residue_table
+from sparsurf.evaluation.statistics import reference_values
 from sparsurf.evaluation.subset_search import Found, find_subset, smallest_cover, smallest_subset_of_error
 from sparsurf.evaluation.trials import Trials
 from sparsurf.molecules.molecule import Molecule
@@ -71,6 +72,7 @@ class Subset(Shown):
     reconstruction : str, 'spheres' or 'interpolant', how the surface is reconstructed from them where their errors are measured
     decided_by : str, which error is nearest to its limit where an error was requested: 'mean', '99 % forth' or '99 % back'; or
         'fewest' (a surface is not reconstructed from fewer) or 'all'; empty for other requests
+    determines_atoms : whether the atoms of the surface follow from the dots, which the sampler cover chose for an error
     measure_errors : function without arguments that measures how far the surface deviates from the reconstructed one
     """
 
@@ -82,6 +84,7 @@ class Subset(Shown):
     sampler: str = "farthest"
     reconstruction: Model = INTERPOLANT
     decided_by: str = ""
+    determines_atoms: bool = False
     measure_errors: Callable[..., pd.DataFrame] | None = field(default=None, repr=False)
 
     def __repr__(self) -> str:
@@ -184,7 +187,8 @@ class Representation:
         from the true surface. Where the atoms of the dots are not known, they are distances of the dots that were not kept from
         the planes of the reconstructed dots.
 
-        With `everywhere`, only the first row is measured, and without the descriptors that no sentence states.
+        With `everywhere`, only the first row is measured, without the descriptors that no sentence states, and with the Z of
+        the mean patch in place of every patch.
         """
         few, prepared, test = self.subset, self.trials.prepared, self.trials.test_surface
         points, kept = (prepared.points, few.dots) if test is None else (test.points, np.empty(0, int))
@@ -201,7 +205,11 @@ class Representation:
         names = DESCRIPTORS_OF_ERRORS[: 1 if everywhere else None]
         of_subset |= recovered_z(prepared, back.comparable, self.trials.tests, names)
         errors.loc[0, list(of_subset)] = list(of_subset.values())
-        about = {"measured_on": NOT_KEPT if test is None else INDEPENDENT}
+        about: dict[str, str | float] = {"measured_on": NOT_KEPT if test is None else INDEPENDENT}
+        if everywhere:
+            about |= {
+                "Z_mean_patch": reference_values(prepared.describe(self.trials.tests)[0])["Z_mean_descriptor"]
+            }
         about |= {"sampler": few.sampler, "reconstruction": back.model, "decided_by": few.decided_by}
         return errors.assign(**about)
 
@@ -269,8 +277,9 @@ def represent(
         reconstruction_of(kept, SPHERES, threads=threads)
     model = SPHERES if determines_atoms else INTERPOLANT
     few = Subset(dots, weight, kept, molecule, interval, trials.sampler, model, decided_by)
-    measure = partial(Representation(trials, few, molecule).errors, threads)
-    return Representation(trials, replace(few, measure_errors=measure), molecule)
+    first = Representation(trials, few, molecule)
+    few = replace(few, determines_atoms=first.determines_atoms, measure_errors=partial(first.errors, threads))
+    return replace(first, subset=few)
 
 
 def _atoms_of_all(surface: Surface, molecule: Molecule | None) -> SurfaceOrigin | None:

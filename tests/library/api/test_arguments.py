@@ -85,6 +85,9 @@ CALLS = [
     ("mesh", lambda g, **k: sparsurf.mesh(g.dots, **k), {"n_vertices": 300}, {
         "n_vertices": 302, "density": {"n_vertices": None, "density": 9.0}, "step": {"n_vertices": None, "step": 0.6},
         "fields": ["hydropathy"]}),
+    ("mesh", lambda g, **k: sparsurf.mesh(g.frames, 300, **k), {}, {"frame": 1, "probe_radius": 1.6, "radii": "bondi"}),
+    ("mesh", lambda g, **k: sparsurf.mesh(g.few, 300, **k), {}, {"reconstruction": "interpolant"}),
+    ("mesh", lambda g, **k: sparsurf.mesh(g.few, 300, **k), {"reconstruction": "interpolant"}, {"reach": 1.3}),
     ("mesh", lambda g, **k: sparsurf.mesh(PROTEIN, 300, **k), {}, {"cavities": "keep", "boundary": "accessible"}),
     ("frames", lambda g, **k: sparsurf.frames(g.pdb, **k), {}, {
         "stride": 2, "fields": ["hydropathy"], "probe_radius": 1.6, "radii": "bondi"}),
@@ -141,9 +144,11 @@ CALLS = [
 # Arguments that take the object itself, and those that other tests hold
 OBJECTS = {"surface", "molecule", "folder", "few", "dots", "source", "path", "result"}
 ELSEWHERE = {
-    ("fields", "charges"): "dot_fields/test_fields.py",
-    ("fields", "table"): "dot_fields/test_fields.py",
-    ("fields", "smooth"): "dot_fields/test_fields.py",
+    **{
+        (name, argument): "dot_fields/test_fields.py"
+        for name in ("fields", "mesh", "regions")
+        for argument in ("charges", "table", "smooth")
+    },
     ("read_molecule", "whole"): "test_corpus.py",
     ("read_molecule", "plddt"): "molecules/test_plddt.py",
     ("read_molecule", "assembly"): "molecules/test_assemblies.py",

@@ -79,7 +79,10 @@ REFUSED = {  # what is called with: the dots of the blob, them prepared, or the 
            f"{f.__name__}: {wish} belongs to the placing of the dots: call "
            f"sparsurf.{f.__name__}(sparsurf.surface(molecule, {wish}=2.0), ...).")
           for f in (sparsurf.minimal, sparsurf.floors, sparsurf.mesh, sparsurf.components, sparsurf.roughness, sparsurf.sample)
-          for wish in ("frame", "probe_radius", "radii", "cavities", "reentrant") if (f.__name__, wish) != ("mesh", "cavities")),
+          for wish in ("frame", "probe_radius", "radii", "cavities", "reentrant") if f.__name__ != "mesh" or wish == "reentrant"),
+        (lambda d: sparsurf.mesh(Surface(*d), radii="bondi"), "mesh: radii has no meaning for dots, which are placed"),
+        (lambda d: sparsurf.mesh(PEPTIDE, reach=2), "mesh: reach has no meaning for a molecule"),
+        (lambda d: sparsurf.mesh(PEPTIDE, smooth=2), "mesh: table, smooth and charges are about fields"),
         (lambda d: sparsurf.mesh(PEPTIDE, cavities=2.0), "cavities is 2.0; it must be keep or remove."),
     ],
     "ready": [

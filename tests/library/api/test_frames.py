@@ -94,7 +94,8 @@ def test_a_stopped_run_continues_to_the_same_bytes(seven, tmp_path, monkeypatch,
     with pytest.raises(KeyboardInterrupt):
         sparsurf.frames(seven, path=tmp_path / f"run{suffix}")
     assert not (tmp_path / f"run{suffix}").exists()
-    assert sparsurf.frames(seven, path=tmp_path / f"run{suffix}") is None
+    written = sparsurf.frames(seven, path=tmp_path / f"run{suffix}")
+    assert (written.n_frames, written.n_before) == (7, 3)
     assert measured == [0, 3, 3, 6]
     for name in ("run", "jobs"):
         for end in ("", "_frames", "_ranking", "_contacts"):

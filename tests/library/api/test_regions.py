@@ -116,11 +116,9 @@ def test_fields_are_computed_or_come_from_a_table(dots, tmp_path):
     call = ["regions", str(TDP43), "--cavities", "keep", "--field", "score", "--above", "250", "-q"]
     for words, keys in (([], {}), (["--smooth", "2.5"], {"smooth": 2.5})):
         assert main([*call, "--table", str(path), *words, "-o", str(table)]) == 0
-        values = sparsurf.fields(dots, "score", table=path, **keys)
-        own = replace(dots, fields=values.to_dict("series"))
-        wanted = sparsurf.regions(own, *own.fields, above=250)
+        wanted = sparsurf.regions(dots, "score", above=250, table=path, **keys)
         assert pd.read_csv(table)["area"].to_numpy() == pytest.approx(wanted["area"].to_numpy())
-        past = values.to_numpy().ravel() > 250
+        past = sparsurf.fields(dots, "score", table=path, **keys).to_numpy().ravel() > 250
         assert wanted["area"].sum() == pytest.approx(dots.area[past].sum(), rel=0.05)
 
 

@@ -1,6 +1,7 @@
 """Every option of a command reaches its result: what is written is what the function of the library gives with that argument."""
 
 import argparse
+import inspect
 from dataclasses import replace
 
 import mdtraj
@@ -9,11 +10,11 @@ import pandas as pd
 import pytest
 
 import sparsurf
-from conftest import sphere
+from conftest import ROOT, sphere
 from peptides import atom_line, peptide, two_models, write
 from small_study import unpacked
-from sparsurf.api.surfaces import mesh_of_dots, mesh_size
 from sparsurf.cli import command, msms
+from sparsurf.cli.options import read_atoms
 from sparsurf.surfaces.spheres import write_spheres
 
 CALLS = {  # with which options are combined
@@ -50,15 +51,20 @@ OF_ATOMS = {
     "--trajectory run.xtc": {"trajectory": "run.xtc"},
     "--trajectory run.xtc --frame 1": {"trajectory": "run.xtc", "frame": 1},
 }
+REENTRANT = {"--reentrant dms": {"reentrant": "dms"}}
 CAGED = {"--selection all --cavities remove": {"selection": "all", "cavities": "remove"}}
 PLACED = {"--probe-radius 1.6": {"probe_radius": 1.6}, "--radii bondi": {"radii": "bondi"}}
-OF_DOTS = OF_ATOMS | PLACED | CAGED | {"--d-link 0.7": {"d_link": 0.7}}
+OF_SURFACE = PLACED | CAGED | REENTRANT
+OF_DOTS = OF_ATOMS | OF_SURFACE | {"--d-link 0.7": {"d_link": 0.7}}
 RESIDUES = {"--residues 2-4": {"residues": ["2", "3", "4"]}}
 HYDROPATHY = {"--fields hydropathy": {"fields": "hydropathy"}}
 WITHIN_A = {"--groups A:1-2+A:3-5,B": {"groups": "A:1-2+A:3-5,B"}}  # by default, A and B are partners
 OPTIONS = {
-    "surface": {"": {}, **OF_ATOMS, **RESIDUES, **HYDROPATHY, **PLACED,
-     "--density 9": {"density": 9}, "--boundary accessible": {"boundary": "accessible"}, **CAGED,
+    "surface": {"": {}, **OF_ATOMS, **RESIDUES, **HYDROPATHY, **OF_SURFACE, "--d-link 0.3": {"d_link": 0.3},
+     "--density 9": {"density": 9}, "--boundary accessible": {"boundary": "accessible"}, "--groups A+B": {"groups": "A+B"},
+     "--fields potential --charges two.pqr": {"fields": "potential", "charges": "two.pqr"},
+     "--fields potential": {"fields": "potential"}, "--mesh --fields potential": {"mesh": True, "fields": "potential"},
+     "--mesh --fields potential --charges two.pqr": {"mesh": True, "fields": "potential", "charges": "two.pqr"},
      "--mesh": {"mesh": True}, "--mesh --density 5": {"mesh": True, "density": 5},
      "--mesh --step 0.6": {"mesh": True, "step": 0.6},
      "--mesh --n-vertices 400": {"mesh": True, "n_vertices": 400},
@@ -68,7 +74,7 @@ OPTIONS = {
      "--mesh --radii bondi": {"mesh": True, "radii": "bondi"},
      "--mesh --colours": {"mesh": True, "colours": True},
      "--mesh --fields hydropathy": {"mesh": True, "fields": "hydropathy"}},
-    "residues": {"": {}, **OF_ATOMS, **PLACED, **CAGED, **RESIDUES, **HYDROPATHY},
+    "residues": {"": {}, **OF_ATOMS, **OF_SURFACE, **RESIDUES, **HYDROPATHY},
     "roughness": {"": {}, **OF_DOTS, **RESIDUES, "--r-patch 3": {"r_patch": 3}},
     "descriptors": {"": {}, **OF_DOTS, **RESIDUES, "--at 5,0": {"at": [5, 0]}, "--every 30": {"every": 30},
      "--r-zernike 5": {"r_zernike": 5}, "--down": {"up": False},
@@ -84,19 +90,22 @@ OPTIONS = {
      "--selection all --cavities keep": {"selection": "all", "cavities": "keep"}},
     "recover": {"": {}, "--density 9": {"density": 9}, "--at few.csv": {"at": "few.csv"},
      "--reconstruction interpolant": {"reconstruction": "interpolant"},
-     "--reconstruction interpolant --reach 1.2": {"reconstruction": "interpolant", "reach": 1.2}, "--mesh": {"mesh": True},
+     "--reconstruction interpolant --reach 1.2": {"reconstruction": "interpolant", "reach": 1.2},
+     "--reconstruction interpolant --steps 1": {"reconstruction": "interpolant", "steps": 1}, "--mesh": {"mesh": True},
      "--mesh --density 3": {"mesh": True, "density": 3}, "--mesh --step 0.4": {"mesh": True, "step": 0.4},
      "--mesh --n-vertices 400": {"mesh": True, "n_vertices": 400},
      "--mesh --reconstruction interpolant --reach 2.5": {"mesh": True, "reconstruction": "interpolant", "reach": 2.5},
      "--mesh --colours": {"mesh": True, "colours": True}},
-    "show": {"": {}, **OF_ATOMS, **PLACED, **CAGED, "--trajectory run.xtc --rank area": {"trajectory": "run.xtc",
+    "show": {"": {}, **OF_ATOMS, **OF_SURFACE, "--trajectory run.xtc --rank area": {"trajectory": "run.xtc",
      "rank": "area"}},
     "frames": {"": {}, **{words: keys for words, keys in OF_ATOMS.items() if "frame" not in keys}, **HYDROPATHY, **PLACED,
      **CAGED, "--stride 2": {"stride": 2}, "--start 1 --stop 2": {"start": 1, "stop": 2}, **WITHIN_A,
      "--rank hydropathy": {"rank": "hydropathy"}},
     "atoms": {"": {}, **OF_ATOMS, **PLACED, **CAGED},
     "areas": {"": {}, **OF_ATOMS, **PLACED, **RESIDUES, "--of chains": {"of": "chains"}, **WITHIN_A},
-    "regions": {"": {}, **OF_ATOMS, **PLACED, "--field hydropathy": {"field": "hydropathy"},
+    "regions": {"": {}, **OF_ATOMS, **PLACED, **REENTRANT, "--field hydropathy": {"field": "hydropathy"},
+     "--field potential --above 0": {"field": "potential", "above": 0},
+     "--field potential --above 0 --charges two.pqr": {"field": "potential", "above": 0, "charges": "two.pqr"},
      "--above 0": {"above": 0}, "--below 0.1": {"below": 0.1}, "--min-area 0": {"min_area": 0},
      "--selection all --cavities keep": {"selection": "all", "cavities": "keep"}},
 }  # fmt: skip
@@ -109,6 +118,8 @@ FILES = {  # in which an option has an effect
 }
 # test_command.py, test_frames.py, test_fields.py, test_writing.py and test_colours.py
 ELSEWHERE = {"--limits", "--help", "--output", "--jobs", "--rank-by", "--table", "--smooth", "--column"}
+# in tests below
+ELSEWHERE |= {"--altloc", "--hydrogens", "--plddt", "--no-whole", "--no-plugs"}
 ALWAYS = {"--no-open"}  # no browser in a test
 INSTEAD = {
     "--n-dots": ("--density",),
@@ -121,12 +132,15 @@ BASES = {  # what an option is compared with, where that is not the command with
     "--selection all --": "--selection all",
     "--mesh --selection all": "--mesh --selection all",
     "--mesh --reconstruction interpolant --": "--mesh --reconstruction interpolant",
+    "--mesh --fields potential --": "--mesh --fields potential",
     "--mesh ": "--mesh",
     "--reconstruction interpolant --": "--reconstruction interpolant",
     "--trajectory run.xtc --frame": "--trajectory run.xtc",
     "--trajectory run.xtc --rank": "--trajectory run.xtc",
     "--error 0.1 --sampler cover --": "--error 0.1 --sampler cover",
     "--error 0.1 --": "--error 0.1",
+    "--fields potential --": "--fields potential",
+    "--field potential --above 0 --": "--field potential --above 0",
 }
 
 
@@ -137,6 +151,11 @@ def folder(tmp_path_factory):
     write(place / "two.pdb", two_models())
     write(place / "apart.pdb", two_models(shift=40))
     write(place / "declared.pdb", DECLARED + peptide(("ALA", "SER", "LYS")) + "END\n")
+    charges = (
+        f"ATOM {k} X ALA 1 {x} {y} {z} {k % 3 - 1} 1.5\n"
+        for k, (x, y, z) in enumerate(sparsurf.read_molecule(place / "two.pdb").xyz[0])
+    )
+    write(place / "two.pqr", "".join(charges))
     write(place / "one.pdb", peptide(("ALA", "SER", "LYS")) + "END\n")
     frame = mdtraj.load(str(place / "one.pdb"))
     moved = [frame.xyz[0] * scale for scale in ([1.02, 1, 1], [1, 1.04, 1])]
@@ -179,8 +198,8 @@ def result(out, name, file, call, options):
 
 
 READING = ("chains", "selection", "ligands", "model", "assembly")
-RULES = ("probe_radius", "radii", "cavities")
-PLACING = ("density", *RULES, "d_link")
+RULES = ("probe_radius", "radii", "cavities", "reentrant", "boundary")
+PLACING = ("density", *RULES, "d_link", "groups")
 
 
 def some(keys, *names):
@@ -196,7 +215,8 @@ def dots_of(file, keys, *placing):
     """The dots on which a command works."""
     dots = sparsurf.surface(molecule_of(file, keys), **some(keys, "frame", *placing))
     if "fields" in keys:
-        dots = replace(dots, fields=sparsurf.fields(dots, names=keys["fields"]).to_dict("series"))
+        values = sparsurf.fields(dots, names=keys["fields"], **some(keys, "charges"))
+        dots = replace(dots, fields=values.to_dict("series"))
     return dots
 
 
@@ -207,7 +227,9 @@ def of_residues(frame, keys):
 
 
 def mesh_of(dots, keys, out):
-    made = sparsurf.mesh(dots, **some(keys, "density", "step", "n_vertices", "fields"))
+    made = sparsurf.mesh(
+        dots, **some(keys, "density", "step", "n_vertices", "fields", "charges", "reconstruction", "reach")
+    )
     sparsurf.write(made, out / "own.ply", colours=keys.get("colours"))
     return read(out / "own.ply")
 
@@ -252,13 +274,9 @@ def minimal(file, keys, out):
 
 
 def recover(file, keys, out):
-    if "reach" in keys and "mesh" in keys:  # for which `mesh` has no argument
-        made = mesh_of_dots(sparsurf.read_surface(file), mesh_size(), **some(keys, "reconstruction", "reach"))
-        sparsurf.write(made, out / "own.ply")
-        return read(out / "own.ply")
     if "mesh" in keys:
         return mesh_of(file, keys, out)
-    dense = sparsurf.recover(file, **some(keys, "density", "reach", "reconstruction"))
+    dense = sparsurf.recover(file, **some(keys, "density", "reach", "reconstruction", "steps"))
     if "at" not in keys:
         return dense.to_frame()[["x", "y", "z", "nx", "ny", "nz", "height"]]
     points = pd.read_csv(keys["at"])[["x", "y", "z"]].to_numpy()
@@ -283,7 +301,7 @@ def regions(file, keys, out):
     rules = {"cavities": "remove"} | some(keys, "frame", *RULES)
     end = some(keys, "above") or some(keys, "below")
     dots = sparsurf.surface(molecule_of(file, keys), **rules)
-    return sparsurf.regions(dots, keys["field"], **end, **some(keys, "min_area"))
+    return sparsurf.regions(dots, keys["field"], **end, **some(keys, "min_area", "charges"))
 
 
 def points(file, keys, out):
@@ -358,7 +376,66 @@ def test_every_option_is_in_the_table(name):
         if action.option_strings and action.help != argparse.SUPPRESS
     ]
     in_python = {"--fields"} if name == "show" else set()  # where dots that carry fields are shown
-    assert {*actions} - ELSEWHERE - ALWAYS - in_python == listed
+    of_fields = (
+        set() if name in ("surface", "regions") else {"--charges"}
+    )  # which have the same meaning everywhere
+    assert {*actions} - ELSEWHERE - ALWAYS - in_python - of_fields == listed
+
+
+FUNCTIONS = {  # that a command calls, and the arguments that have no meaning on a command line, or another option
+    ("frames", "read_molecule"): {"residues", "times"},
+    ("surface", "surface"): set(),
+    ("surface", "mesh"): {"reconstruction", "reach"},
+    ("surface", "fields"): {"dots", "names"},
+    ("recover", "mesh"):
+    {"boundary", "cavities", "charges", "fields", "frame", "probe_radius", "radii", "smooth", "table"},
+    **{(name, name): set() for name in ("recover", "minimal", "regions", "points", "areas")},
+    ("residues", "residues"): {"dots", "kept", "roughness_values", "weight"},
+    ("atoms", "surface_atoms"): set(),
+    ("frames", "frames"): {"path"},
+    ("roughness", "roughness"): {"roughness"},
+    ("descriptors", "descriptors"): {"up"},
+    ("show", "show"): {"path", "open_browser"},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name, function", FUNCTIONS)
+def test_every_argument_of_a_function_is_an_option_of_its_command(name, function):
+    parameters = inspect.signature(getattr(sparsurf, function)).parameters.values()
+    options = command.build_parser(name)[1]._option_string_actions
+    without = {each.name for each in parameters if f"--{each.name.replace('_', '-')}" not in options}
+    first = next(iter(inspect.signature(getattr(sparsurf, function)).parameters))
+    assert without - {first} == FUNCTIONS[name, function]
+
+
+@pytest.mark.parametrize(
+    ("words", "keys"),
+    [
+        ("--altloc B", {"altloc": "B"}),
+        ("--hydrogens remove", {"hydrogens": "remove"}),
+        ("--plddt 50", {"plddt": 50}),
+        ("--no-whole", {"whole": False}),
+    ],
+)
+def test_how_a_structure_is_read_can_be_said(folder, monkeypatch, words, keys):
+    monkeypatch.chdir(folder)
+    given = ["surface", "two.pdb", "-o", "x.csv", *words.split()]
+    args, molecule, read = (
+        command.build_parser("surface")[0].parse_args(given),
+        molecule_of("two.pdb", {}),
+        {},
+    )
+    monkeypatch.setattr(
+        sparsurf, "read_molecule", lambda *_, **keys: read.update(keys) or molecule, raising=False
+    )
+    read_atoms(args)
+    assert keys.items() <= read.items()
+
+
+def test_atoms_can_be_written_without_plugs(tmp_path):
+    structure, path = ROOT / "data" / "tdp43" / "topology.pdb", tmp_path / "x.pdb"
+    assert command.main(["atoms", str(structure), "--no-plugs", "-q", "-o", str(path)]) == 0
+    assert path.read_text().count("\nATOM") == len(sparsurf.surface_atoms(structure, plugs=False))
 
 
 @pytest.fixture(scope="module")

@@ -722,6 +722,9 @@ def test_commands_take_tables_of_values_and_a_width(tmp_path, capsys):
     )
     with np.load(tmp_path / "o.npz") as mesh:
         assert set(mesh["scale"][mesh["residue_name"] == "PHE"].tolist()) == {1}
+    made = sparsurf.mesh(PEPTIDE, 300, fields="scale", table=tmp_path / "t.csv")
+    sparsurf.write(made, tmp_path / "own.npz")
+    assert (tmp_path / "own.npz").read_bytes() == (tmp_path / "o.npz").read_bytes()
     for words, message in (
         (["--fields", "score", "--table", "b.csv"], "b.csv has two rows for one residue"),
         (["--fields", "height", "--table", "t.csv"], "t.csv has no column 'height' of values; it has residue_name, scale"),
