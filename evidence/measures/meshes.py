@@ -23,12 +23,12 @@ import numpy as np
 import pandas as pd
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
+from PIL import Image
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 import sparsurf
 from sparsurf_study.workflow.jobs import Job, reporter
-from measures.figures import reduce_figure
 from measures.points import msms_program
 from measures.tables import write_tables
 from sparsurf.surfaces.exact_distance import exact_distance
@@ -44,7 +44,8 @@ LONGEST = 900  # s, of a program
 NARROW = 10  # degrees, below which angles are counted
 LIGHT = np.array([0.3, 0.4, 0.866])
 THIN = (0.85, 0.1, 0.1)  # colour of triangles with a narrow angle
-WINDOW = 7.0  # Å, half of the side of the square that is drawn
+COLOURS = 24
+WINDOW = 5.0  # Å, half of the side of the square that is drawn
 # Å, of EDTSurf by the first letters of an atom's name, the longest first
 EDTSURF_RADII = {"CA": 1.90, "C": 1.96, "O": 1.48, "N": 1.63, "S": 1.78, "P": 1.87}
 EDTSURF_CARBONYL = 1.88  # Å, of an atom whose whole name is C
@@ -253,7 +254,8 @@ def measure_meshes(job: Job) -> None:
     table = pd.DataFrame(rows)
     write_tables({job.output.table: table, job.output.means: means(table)})
     layout.save(figure(molecule, params.drawn), job.output.figure)
-    reduce_figure(job.output.figure, job.output.figure)
+    with Image.open(job.output.figure) as drawn:  # greys and one red, in a third of the bytes
+        drawn.convert("RGB").quantize(COLOURS).save(job.output.figure, optimize=True)
 
 
 def figure(molecule: sparsurf.Molecule, density: float) -> Figure:
@@ -264,7 +266,7 @@ def figure(molecule: sparsurf.Molecule, density: float) -> Figure:
         with tempfile.TemporaryDirectory() as folder:
             write_spheres(Path(folder, "atoms.xyzr"), xyz, sizes)
             drawn[MSMS] = by_msms(folder, density)[0]
-    made, panels = plt.subplots(1, len(drawn), figsize=(4.6 * len(drawn), 4.9), layout="constrained")
+    made, panels = plt.subplots(1, len(drawn), figsize=(3.2 * len(drawn), 3.5), layout="constrained")
     for ax, (program, (points, triangles)) in zip(np.atleast_1d(panels), drawn.items(), strict=True):
         triangles = triangles[np.argsort(points[triangles, 2].mean(axis=1))]  # those in front are drawn last
         corners = points[triangles]
@@ -273,7 +275,7 @@ def figure(molecule: sparsurf.Molecule, density: float) -> Figure:
         colours = np.repeat(0.5 + 0.5 * light[:, None], 3, axis=1)
         thin = smallest_angles(points, triangles) < NARROW
         colours[thin] = THIN
-        edges = np.where(thin, 1.5, 0.35)
+        edges = np.where(thin, 1.0, 0.3)
         lines = np.where(thin[:, None], THIN, (0.25, 0.25, 0.25))
         ax.add_collection(
             PolyCollection(corners[:, :, :2], facecolors=colours, edgecolors=lines, linewidths=edges)
@@ -282,7 +284,7 @@ def figure(molecule: sparsurf.Molecule, density: float) -> Figure:
         ax.set(
             xlim=middle[0] + np.array([-WINDOW, WINDOW]), ylim=middle[1] + np.array([-WINDOW, WINDOW]),
             aspect="equal", xticks=[], yticks=[],
-            title=f"{program}: {thin.mean():.1%} of {len(triangles):,} triangles below {NARROW}°",
+            title=f"{program}: {100 * thin.mean():.1f} % below {NARROW}°",
         )  # fmt: skip
     return made
 

@@ -27,9 +27,10 @@ if TYPE_CHECKING:
     from sparsurf.surfaces.rolling_probe import EnclosedCentres
 
 MSMS_FAILED, NOT_READ, NO_INPUT = 1, 2, 255  # exit status, as of MSMS
-FINE_STEP = 0.35  # Å, of a mesh whose vertices tell areas of atoms
 RADIUS_OF_HYDROGENS = 1.2  # Å, that -noh leaves out
 MAX_ATOMS_OF_PROBE = 3
+DENSITY_OF_AREAS = 20.0  # dots per Å^2: sparse dots miss atoms of which little is exposed
+FINE_STEP = 0.35  # Å, of a mesh whose vertices tell areas of atoms
 OUTPUTS = ("of", ".vert"), ("of", ".face"), ("af", ".area")  # options, and the suffixes of their files
 
 
@@ -84,7 +85,6 @@ class Component(NamedTuple):
     volume: float  # Å^3, negative of a cavity; of the mesh where four or more atoms touch one probe
     areas: np.ndarray  # (3,) Å^2, of contact pieces, saddles and concave pieces
     accessible: np.ndarray  # (A,) Å^2, of each atom
-    rolled: Rolled
 
 
 class NotUnderstoodError(Exception):
@@ -163,11 +163,14 @@ def _run(given: dict[str, str]) -> None:
 
     from sparsurf.api.writing import write_file
     from sparsurf.kernel_cache import require_kernel_cache
-    from sparsurf.surfaces.components import all_other_centres, analytical_faces, centres_of_cavities
+    from sparsurf.surfaces.components import (
+        all_other_centres,
+        analytical_faces,
+        centres_of_cavities,
+    )
     from sparsurf.surfaces.dot_placement import roll_checked
     from sparsurf.surfaces.formats import msms as files
     from sparsurf.surfaces.spheres import Spheres, read_spheres
-    from sparsurf.surfaces.triangulation import where_kept, without_centres
 
     _refuse_replacing(given, [given[name] + suffix for name, suffix in OUTPUTS if name in given])
     probe = _number(given, "probe_radius", 1.5, PROBE)
@@ -193,14 +196,17 @@ def _run(given: dict[str, str]) -> None:
         if "one_cavity" in given:
             cavities = _cavity_at(given["one_cavity"], cavities, rolled, n)
             outside = not cavities
-    walls = [where_kept(rolled._replace(cavities="remove"))] if outside else []
-    walls += [without_centres(rolled, all_other_centres(cavity)) for cavity in cavities]
-    components = [_component(wall, n, density) for wall in walls]
+    left_out: list[EnclosedCentres | None] = [None] if outside else []  # the outside leaves cavities out
+    left_out += [all_other_centres(cavity) for cavity in cavities]
+    components = [_component(rolled, centres, n, density) for centres in left_out]
     writers: list[tuple[str, Callable[[Path], Any]]] = []
     if "no_area" not in given:
         _print_areas(components, probe)
         if "af" in given:
-            areas = [(_excluded_areas(each, n), each.accessible) for each in components]
+            excluded = [_excluded_areas(pair, probe, rolled, centres) for centres in left_out]
+            areas = [
+                (area, component.accessible) for area, component in zip(excluded, components, strict=True)
+            ]
             writers.append(
                 (given["af"] + ".area", lambda path: files.write_areas(path, areas, spheres.names))
             )
@@ -247,43 +253,51 @@ def _cavity_at(
     return [cavity for cavity in cavities if (touches & cavity.probes).any()][:1]
 
 
-def _component(rolled: Rolled, n: int, density: float) -> Component:
-    """Triangulate the surface below a rolled probe, of n atoms, and measure its pieces."""
+def _component(rolled: Rolled, left_out: EnclosedCentres | None, n: int, density: float) -> Component:
+    """Triangulate and measure the surface of n atoms below the centres of a rolled probe, but for those left out."""
     import numpy as np
 
+    from sparsurf.surfaces.components import enclosed_centres
     from sparsurf.surfaces.mesh import MeshSize
     from sparsurf.surfaces.pieces import pieces_of, shapes_of
     from sparsurf.surfaces.surface import CONTACT
-    from sparsurf.surfaces.triangulation import mesh_of_pieces
+    from sparsurf.surfaces.triangulation import mesh_of_pieces, without_centres
 
+    rolled = without_centres(rolled, enclosed_centres(rolled.rolling) if left_out is None else left_out)
     pieces = pieces_of(rolled)
     shapes = shapes_of(rolled, pieces)
     made = mesh_of_pieces(
         pieces, rolled, MeshSize(density=density), float(shapes.area.sum()), int(shapes.chi.sum())
     )
-    areas = shapes_of(rolled, pieces, pieces.face_kind.astype(np.int64)).area
+    of_kinds = shapes_of(rolled, pieces, pieces.face_kind.astype(np.int64)).area
     contact = pieces.face_kind == CONTACT
     atom, reach = pieces.face_owner[contact], rolled.rolling.atoms.reach
     accessible = np.bincount(rolled.atom[atom], pieces.solid[contact] * reach[atom] ** 2, n)
     volume = made.volume if pieces.n_open else float(shapes.volume.sum())
-    return Component(made, volume, np.append(areas, np.zeros(3 - len(areas))), accessible, rolled)
+    return Component(made, volume, np.append(of_kinds, np.zeros(3 - len(of_kinds))), accessible)
 
 
-def _excluded_areas(component: Component, n: int) -> np.ndarray:
-    """Return the area of the excluded surface of each of n atoms, (n,) Å^2, by a fine mesh."""
+def _excluded_areas(
+    pair: tuple[np.ndarray, np.ndarray], probe: float, rolled: Rolled, left_out: EnclosedCentres | None
+) -> np.ndarray:
+    """Return the area of the excluded surface of each atom, (A,) Å^2: of the outside by dots, of a cavity by a fine mesh."""
     import numpy as np
 
+    from sparsurf.api.surfaces import surface
     from sparsurf.surfaces.mesh import MeshSize
     from sparsurf.surfaces.triangulation import mesh_of_rolled
 
-    fine = mesh_of_rolled(component.rolled, MeshSize(step=FINE_STEP)).vertices
-    return np.bincount(fine.atom, fine.area * component.areas.sum() / fine.area.sum(), n)
+    if left_out is None:
+        dots = surface(pair, probe_radius=probe, density=DENSITY_OF_AREAS, cavities="remove")
+    else:
+        dots = mesh_of_rolled(rolled, MeshSize(step=FINE_STEP), left_out).vertices
+    return np.bincount(dots.atom, dots.area, len(pair[1]))
 
 
 def _print_areas(components: Sequence[Component], probe: float) -> None:
     """Print the areas of components in the lines of MSMS."""
     print("ANALYTICAL SURFACE AREA :\n    Comp. probe_radius,   reent,    toric,   contact    SES       SAS")
-    for number, (_, _, areas, accessible, _) in enumerate(components):
+    for number, (_, _, areas, accessible) in enumerate(components):
         columns = " ".join(f"{area:9.3f}" for area in (*areas[::-1], areas.sum(), accessible.sum()))
         print(f"{number:7d}  {probe:9.3f}   {columns}")
 
@@ -301,7 +315,7 @@ def _print_meshes(components: Sequence[Component], probe: float) -> None:
     for number, (made, volume, *_) in enumerate(components):
         area = float(made.vertices.area.sum())
         print(f"{number:8d}      {probe:4.2f} {volume:12.3f} {area:12.3f}")
-    print(f"    Total ses_volume: {sum(each.volume for each in components):9.3f}")
+    print(f"    Total ses_volume: {sum(component.volume for component in components):9.3f}")
 
 
 def _number(given: dict[str, str], name: str, default: float, limits: Any) -> float:

@@ -286,10 +286,10 @@ def _chained(ends: np.ndarray) -> np.ndarray:
     from scipy.sparse import coo_array  # here: it takes long to load, and few surfaces are cut
     from scipy.sparse.csgraph import connected_components
 
-    at, n = np.flatnonzero(ends[:, 0] >= 0), len(ends)
-    vertex = n + np.unique(ends[at], return_inverse=True)[1].ravel()
+    ended, n = np.flatnonzero(ends[:, 0] >= 0), len(ends)
+    vertex = n + np.unique(ends[ended], return_inverse=True)[1].ravel()
     n_nodes = int(vertex.max(initial=n - 1)) + 1
-    shared = coo_array((np.ones(len(vertex)), (np.repeat(at, 2), vertex)), shape=(n_nodes, n_nodes))
+    shared = coo_array((np.ones(len(vertex)), (np.repeat(ended, 2), vertex)), shape=(n_nodes, n_nodes))
     return connected_components(shared, directed=False)[1][:n]
 
 

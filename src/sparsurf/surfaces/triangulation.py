@@ -672,7 +672,7 @@ def mesh_of_rolled(
     The triangles close as the pieces of the surface do, and have their handles. Where they do not, since the pieces are
     degenerate, the mesh is that of a grid around dots, and a warning says that its handles are the grid's.
     """
-    rolled = where_kept(rolled, left_out)
+    rolled = _where_kept(rolled, left_out)
     pieces = pieces_of(rolled)
     shapes = shapes_of(rolled, pieces)
     return mesh_of_pieces(pieces, rolled, size or MeshSize(), float(shapes.area.sum()), int(shapes.chi.sum()))
@@ -680,7 +680,7 @@ def mesh_of_rolled(
 
 def accessible_mesh(rolled: Rolled, size: MeshSize | None = None) -> Mesh:
     """Triangulate the accessible surface: the parts of spheres on which the centre of a rolled probe can lie."""
-    rolled = where_kept(rolled)
+    rolled = _where_kept(rolled)
     reach = rolled.rolling.atoms.reach
     pieces, chi = _spheres_of_centres(pieces_of(rolled), rolled.rolling)
     area = float(pieces.solid @ reach[pieces.face_owner] ** 2)
@@ -689,7 +689,7 @@ def accessible_mesh(rolled: Rolled, size: MeshSize | None = None) -> Mesh:
     return replace(made, vertices=replace(made.vertices, kind=kind))
 
 
-def where_kept(rolled: Rolled, left_out: EnclosedCentres | None = None) -> Rolled:
+def _where_kept(rolled: Rolled, left_out: EnclosedCentres | None = None) -> Rolled:
     """Return a probe without the centres that are left out, or, where walls of cavities are removed, without those enclosed."""
     if left_out is None and rolled.cavities == "remove":
         left_out = enclosed_of(rolled)
@@ -779,10 +779,10 @@ def mesh_of_pieces(pieces: Pieces, rolled: Rolled, size: MeshSize, area: float, 
         return build_mesh(vertices.points, vertices.normals, triangles, vertices.kind, vertices.atom)
     points, normals = on_steps(made.points), on_steps(made.normals)
     # A few vertices are left for triangles that are thin then, and the rest of these go after them
-    more = min(n + n // SPARE, fine.n_vertices)
-    reduce_to(more, points, normals, origin, twin, dead, fine.n_vertices)
-    gone = remove_slivers(points, normals, origin, twin, dead, more - n)
-    reduce_to(n, points, normals, origin, twin, dead, more - gone)
+    n_spare = min(n + n // SPARE, fine.n_vertices)
+    reduce_to(n_spare, points, normals, origin, twin, dead, fine.n_vertices)
+    gone = remove_slivers(points, normals, origin, twin, dead, n_spare - n)
+    reduce_to(n, points, normals, origin, twin, dead, n_spare - gone)
     remove_slivers(points, normals, origin, twin, dead, 0)
     return mesh_that_is_left(vertices, origin, dead)
 
