@@ -211,9 +211,9 @@ def residues(
     DataFrame, one row per residue
         Its name, its area in total and by kind of dots (Å^2), its mean and lowest roughness (NaN where it is buried or lies
         only in cavities), the mean of each field, its depth (Å, as in `depth`, where the dots carry their molecule), and the
-        numbers of its dots and of its kept dots. The reference of outputs lists every column. The roughness of a few dots is
-        that of the whole surface of their atoms, or else of the surface reconstructed from them (`recover`), as a warning
-        says; it is NaN where they are too few.
+        numbers of its dots and, where `kept` is given, of its kept dots. The reference of outputs lists every column. The
+        roughness of a few dots is that of the whole surface of their atoms, or else of the surface reconstructed from them
+        (`recover`), as a warning says; it is NaN where they are too few.
 
     Raises
     ------
@@ -273,6 +273,8 @@ def columns_of_residues(
         following = [*table][[*table].index("dots") :]
         table["depth"] = depth_of_residues(atoms, of_atoms)
         table |= {name: table.pop(name) for name in following}
+    if isinstance(kept, tuple) and not kept and weight is None:
+        del table["kept"], table["weight"]
     return table
 
 

@@ -26,7 +26,7 @@ from sparsurf.settings import Minimal, PatchesSettings, Settings
 from sparsurf.streams import DEFAULT_SEED, Streams
 from sparsurf.suggestions import public
 from sparsurf.surfaces.spacing import DENSITY, refuse_sparse
-from sparsurf.surfaces.surface import Surface
+from sparsurf.surfaces.surface import Recovered, Surface
 from sparsurf.surfaces.surface_atoms import SurfaceAtoms
 from sparsurf.threads import available_cores
 
@@ -193,7 +193,8 @@ def recover(
     -------
     Surface
         The few dots, unchanged, followed by the new dots between them, with normals, areas (estimated where the surface is
-        interpolated) and interpolated fields. Its `on_spheres` is the share of the few dots that lie on inferred atoms.
+        interpolated) and interpolated fields. `recovered` has the number of the few dots, and the share of
+        them that lies on inferred atoms.
 
     Raises
     ------
@@ -216,7 +217,7 @@ def recover(
     kept = as_dots(few)
     rebuilt = reconstruct(kept, density, reconstruction, reach, steps, available_cores())
     log.info("recover: %.0f %% of the dots lie on spheres of inferred atoms", 100 * rebuilt.share)
-    return replace(surface_with_fields(kept, rebuilt), on_spheres=rebuilt.share)
+    return replace(surface_with_fields(kept, rebuilt), recovered=Recovered(len(kept), rebuilt.share))
 
 
 def _linked_dots(source: SurfaceLike, d_link: float) -> Surface:

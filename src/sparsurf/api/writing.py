@@ -366,6 +366,13 @@ def mesh_dots(mesh: Mesh) -> DotsToWrite:
     )
 
 
+def recovered_dots(dense: Surface) -> DotsToWrite:
+    """Return a surface that was reconstructed from its first dots, which have a 1 in the column kept."""
+    assert dense.recovered is not None
+    kept = np.arange(len(dense)) < dense.recovered.n_kept
+    return DotsToWrite(dense, {"area": dense.area, "kept": kept.astype(int)})
+
+
 def write_table(
     output: str | Path,
     table: pd.DataFrame | Mapping[str, np.ndarray],
@@ -566,6 +573,8 @@ def _dots_of(result: Any, atoms: Molecule | None, frame: int, is_shown: bool) ->
     if is_subset(result):
         about = About(whole=_whole_of(result) if is_shown else None, notes=result.decision)
         return DotsToWrite(result.surface, result.table, "weight", atoms, frame, about=about)
+    if isinstance(result, Surface) and result.recovered is not None and atoms is None:
+        return recovered_dots(result)
     if isinstance(result, Surface):
         return DotsToWrite(result, replace(result, fields={}).to_frame(atoms), molecule=atoms, frame=frame)
     if hasattr(result, "triangles"):

@@ -110,19 +110,15 @@ def run(args: argparse.Namespace) -> None:
         writing.write_table(args.output, table, {"points": points_at, "z": z})
         outputs.report(args, f"{len(z):,} patches")
         return
-    message = f"{len(dense):,} dots from {len(few):,}"
+    assert dense.recovered is not None
+    message, share = f"{len(dense):,} dots from {len(few):,}", dense.recovered.on_spheres
     if args.reconstruction != INTERPOLANT:
-        on_spheres = f"{100 * dense.on_spheres:.0f} % of these" if dense.on_spheres else "none of these"
+        on_spheres = f"{100 * share:.0f} % of these" if share else "none of these"
         message += f"; {on_spheres} lie on spheres of inferred atoms"
-    dots = _dense_dots(dense, len(few), ends_in(args.output, ".dms"))
-    outputs.write_output(args, replace(dots, message=message, about=options.about(args)))
-
-
-def _dense_dots(dense: sparsurf.Surface, n_kept: int, is_dms: bool) -> writing.DotsToWrite:
-    """Return dots whose first ones were kept; in a DMS file they belong to one dummy atom."""
-    n = len(dense)
-    atom = SimpleNamespace(residue_name=["DOT"], residue=["1"], name=["DOT"], xyz=dense.points[None, :1])
-    if is_dms:  # a format without empty columns
-        dense = sparsurf.Surface(dense.points, dense.normals, dense.area, np.zeros(n), np.zeros(n))
-    kept = pd.DataFrame({"kept": (np.arange(n) < n_kept).astype(int)})
-    return writing.DotsToWrite(dense, kept, "kept", atom if is_dms else None)
+    dots = replace(writing.recovered_dots(dense), shown="kept", message=message, about=options.about(args))
+    if ends_in(args.output, ".dms"):  # a format without empty columns: the dots belong to one dummy atom
+        atom = SimpleNamespace(residue_name=["DOT"], residue=["1"], name=["DOT"], xyz=dense.points[None, :1])
+        n = len(dense)
+        bare = sparsurf.Surface(dense.points, dense.normals, dense.area, np.zeros(n), np.zeros(n))
+        dots = replace(dots, surface=bare, molecule=atom)
+    outputs.write_output(args, dots)

@@ -71,7 +71,6 @@ def _computed(args: argparse.Namespace) -> tuple[Any, Any, Any]:
 
     options.say(f"roughness of {len(surface):,} dots")
     table = columns_of_residues(options.with_requested_fields(args, surface, molecule))
-    del table["kept"], table["weight"]  # of a subset
     if args.residues is not None:
         import pandas as pd  # here: it takes long to load; its index tells a page which residues these are
 

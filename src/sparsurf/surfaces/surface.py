@@ -217,6 +217,13 @@ class SurfaceOrigin:
         )
 
 
+class Recovered(NamedTuple):
+    """Of which dots a surface was reconstructed: their number, and the share of them that lies on spheres of inferred atoms."""
+
+    n_kept: int
+    on_spheres: float
+
+
 @dataclass(frozen=True, eq=False, init=False)
 class Surface(Shown):
     """Dots of a molecular surface.
@@ -233,7 +240,7 @@ class Surface(Shown):
     fields : dict, name -> (N,) float64, further values at the dots, such as a potential; NaN where unknown
     origin : SurfaceOrigin, if `sparsurf.surface` placed the dots, else None
     reconstruction : Reconstruction, if these are the dots of a subset whose probe and radii are known, else None
-    on_spheres : share of the few dots that lie on spheres of inferred atoms, of a surface that `recover` made of them, else None
+    recovered : Recovered, if `recover` made the surface of a few dots, which come first, else None
 
     Raises
     ------
@@ -249,7 +256,7 @@ class Surface(Shown):
     fields: dict[str, np.ndarray]
     origin: SurfaceOrigin | None
     reconstruction: Reconstruction | None
-    on_spheres: float | None
+    recovered: Recovered | None
 
     def __init__(
         self,
@@ -261,7 +268,7 @@ class Surface(Shown):
         fields: Mapping[str, ArrayLike] = MappingProxyType({}),
         origin: SurfaceOrigin | None = None,
         reconstruction: Reconstruction | None = None,
-        on_spheres: float | None = None,
+        recovered: Recovered | None = None,
     ) -> None:
         arrays = {"points": points, "normals": normals, "area": area, "kind": kind, "atom": atom}
         numbers = {
@@ -286,7 +293,7 @@ class Surface(Shown):
         object.__setattr__(self, "fields", _fields(fields, n))
         object.__setattr__(self, "origin", origin)
         object.__setattr__(self, "reconstruction", reconstruction)
-        object.__setattr__(self, "on_spheres", on_spheres)
+        object.__setattr__(self, "recovered", recovered)
         if n == 0:
             raise InputError("surface: there are no dots.")
         if not (np.isfinite(self.points).all() and np.isfinite(self.normals).all()):
@@ -308,7 +315,7 @@ class Surface(Shown):
             raise InputError("surface: the area of a dot is not finite; give more dots per Å^2.")
         surface = object.__new__(cls)
         attributes = dict(zip(ARRAY_NAMES, (points, normals, area, kind, atom), strict=True))
-        surface.__dict__.update(attributes, fields={}, origin=None, reconstruction=None, on_spheres=None)
+        surface.__dict__.update(attributes, fields={}, origin=None, reconstruction=None, recovered=None)
         return surface
 
     def with_origin(self, origin: SurfaceOrigin) -> Surface:

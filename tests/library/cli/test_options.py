@@ -244,7 +244,7 @@ def surface(file, keys, out):
 
 
 def residues(file, keys, out):
-    table = sparsurf.residues(dots_of(file, keys, *RULES)).drop(columns=["kept", "weight"])
+    table = sparsurf.residues(dots_of(file, keys, *RULES))
     return table.iloc[of_residues(table, keys)]
 
 
