@@ -26,7 +26,7 @@ examples:
   sparsurf residues protein.pdb --residues 209-214 --fields hydropathy -o -
   sparsurf residues protein.pdb --column mean_roughness -o roughness.pdb
   sparsurf residues protein.pdb --fields bfactor,apbs.dx -o residues.csv
-  sparsurf residues protein.pdb --table scores.csv --fields score -o residues.csv
+  sparsurf residues protein.pdb --table own.csv --fields score -o residues.csv
   sparsurf residues structures/ --fields hydropathy -o residues.csv
 """
 

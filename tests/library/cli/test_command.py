@@ -64,6 +64,7 @@ def folder(tmp_path_factory):
         "object 1 class gridpositions counts 2 2 2\norigin 0 0 0\ndelta 99 0 0\ndelta 0 99 0\ndelta 0 0 99\n"
         "object 3 class array type double rank 0 items 8 data follows\n0 1 2 3 4 5 6 7\n"
     )
+    (place / "own.csv").write_text("residue,score\n209,0.5\n210,0.7\n")
     shutil.copy(place / "protein.pdb", place / "run.pdb")
     write_run_in_batches(place)
     (place / "models.pdb").write_text(models(place / "protein.pdb", 3))
