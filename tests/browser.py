@@ -172,7 +172,11 @@ class Browser:
         self.run("return 0")
         heard, self.heard = [(each.get("method"), each.get("params", {})) for each in self.heard], []
         said = [each["entry"] for name, each in heard if name == "Log.entryAdded"]
-        said = [entry["text"] for entry in said if entry["level"] in ("error", "warning")]
+        said = [
+            f"{entry['text']} {entry.get('url', '')}".strip()
+            for entry in said
+            if entry["level"] in ("error", "warning")
+        ]
         said += [
             " ".join(str(value.get("value", value.get("description"))) for value in each["args"])
             for name, each in heard

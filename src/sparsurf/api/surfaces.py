@@ -305,7 +305,8 @@ def mesh(
             )
             raise InputError(f"mesh: {argument(name)} has no meaning for {content}.")
     values_of_atoms = {"table": table, "smooth": smooth, "charges": charges}
-    if not names and (table is not None or smooth is not None or charges != "table"):
+    is_default = isinstance(charges, str) and charges == "table"  # they may be an array
+    if not names and (table is not None or smooth is not None or not is_default):
         raise InputError("mesh: table, smooth and charges are about fields; name these, or leave them out.")
     if isinstance(source, Surface) and source.placed:
         origin = source.placed.atoms_alone

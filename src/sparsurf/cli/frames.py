@@ -54,7 +54,7 @@ examples:
   sparsurf frames protein.pdb --trajectory run.xtc --jobs 4 -o run.parquet
   sparsurf frames protein.pdb --trajectory run.xtc --rank area -o run.csv
   sparsurf frames protein.pdb --trajectory run.xtc --ligands all -o run.csv
-  sparsurf frames protein.pdb --trajectory run.xtc --start 100 --stop 500 -o run.csv
+  sparsurf frames top.pdb --trajectory run.xtc --start 100 --stop 500 -o run.csv
   sparsurf frames models.pdb --fields hydropathy -o models.csv
 """
 

@@ -471,6 +471,7 @@ def test_the_page_says_the_share_of_all_dots_and_the_residues_left_out(tmp_path)
 def test_the_table_is_sorted_by_its_numbers_and_searched(tmp_path, browser):
     known = {"atoms": [999, 12000, 1500], "minimal_n_S": 5, "masked_residues": None, "residues": 9}
     page_of(tmp_path, made_up(3).assign(**known, **COLUMNS))
+    (tmp_path / "distributions.png").touch()  # which the page shows
 
     def shown():
         return browser.run(
