@@ -51,11 +51,14 @@ def compile_surfaces() -> None:
     from sparsurf.recovery.spheres.explanations import completed
     from sparsurf.recovery.spheres.rebuilding import rebuild
     from sparsurf.recovery.spheres.votes import model_of
+    from sparsurf.surfaces.crossing_triangles import crossing_triangles
     from sparsurf.surfaces.dot_placement import roll_probe
     from sparsurf.surfaces.exact_distance import distance_of_dots, exact_distance
+    from sparsurf.surfaces.grid import pairs_within
     from sparsurf.surfaces.molecular_surface import molecular_surface, roll_spheres
     from sparsurf.surfaces.pieces import pieces_of, shapes_of
     from sparsurf.surfaces.radii import PROBE_RADIUS
+    from sparsurf.surfaces.triangulation import molecular_mesh
     from sparsurf.views import render
 
     run(SURFACES)
@@ -78,6 +81,10 @@ def compile_surfaces() -> None:
     exact_distance(points, rolled)
     shapes_of(rolled, pieces_of(rolled))
     distance_of_dots(points, normals, rolled)
+    mesh = molecular_mesh(centres, radii)
+    # turned over, so that all triangles are tilted
+    crossing_triangles(mesh.vertices.points, -mesh.vertices.normals, mesh.triangles)
+    pairs_within(points, points[:2], 1.0)
     camera = render.aim(points, np.eye(3), (20, 20))  # as for pictures, which need matplotlib
     render.picture(render.draw_surface(points, normals, (0.5, 0.5, 0.5), camera))
 

@@ -32,6 +32,7 @@ from sparsurf.surfaces.half_edges import (
 )
 from sparsurf.surfaces.mesh import Mesh, MeshSize, build_mesh
 from sparsurf.surfaces.molecular_surface import MAX_DENSITY
+from sparsurf.surfaces.slivers import UPRIGHT
 from sparsurf.surfaces.surface import Surface
 from sparsurf.surfaces.vectors import dot, point
 
@@ -86,8 +87,8 @@ def decimate(mesh: Mesh, n_vertices: int) -> Mesh:
     """Reduce a closed mesh to `n_vertices` in float32 of the same topology; InputError if its parts and handles need more."""
     points, normals = on_steps(mesh.vertices.points), on_steps(mesh.vertices.normals)
     origin = np.array(mesh.triangles, np.int32).ravel()
-    dead = np.zeros(len(mesh.triangles), bool)
-    reduce_to(n_vertices, points, normals, origin, twins(origin, len(points)), dead, len(points))
+    dead, steep = np.zeros(len(mesh.triangles), bool), np.zeros(len(points), bool)
+    reduce_to(n_vertices, points, normals, origin, twins(origin, len(points)), dead, steep, len(points))
     return mesh_that_is_left(mesh.vertices, origin, dead)
 
 
@@ -98,10 +99,14 @@ def reduce_to(
     origin: np.ndarray,
     twin: np.ndarray,
     dead: np.ndarray,
+    steep: np.ndarray,
     alive: int,
 ) -> None:
-    """Collapse edges of a mesh that has `alive` vertices until `n_vertices` are left; InputError if it needs more."""
-    alive = _collapse(points, normals, origin, twin, dead, alive, max(n_vertices, MIN_VERTICES))
+    """Collapse edges of a mesh that has `alive` vertices until `n_vertices` are left; InputError if it needs more.
+
+    No new triangle is tilted where the surface is steep, (V,) bool.
+    """
+    alive = _collapse(points, normals, origin, twin, dead, steep, alive, max(n_vertices, MIN_VERTICES))
     if alive > n_vertices:
         raise InputError(
             f"mesh: this surface needs {alive:,} vertices at least, so that its parts and handles stay; ask for more."
@@ -164,6 +169,7 @@ def _best_collapse(
     origin: np.ndarray,
     twin: np.ndarray,
     faced: np.ndarray,
+    steep: np.ndarray,
     seen: np.ndarray,
     stamp: int,
     may_fold: bool,
@@ -191,7 +197,7 @@ def _best_collapse(
                         > n_folds(e, False, points, normals, origin, twin)
                     )
                 )
-                if penalty < least and not folds:
+                if penalty < least and not folds and (tilt >= UPRIGHT or not steep[origin[e]]):
                     best, least, least_tilt = e, penalty, tilt
             e = around(e, twin)
             if e == end or not locked:
@@ -231,6 +237,7 @@ def _collapse(
     origin: np.ndarray,
     twin: np.ndarray,
     dead: np.ndarray,
+    steep: np.ndarray,
     alive: int,
     n_vertices: int,
 ) -> int:
@@ -267,7 +274,7 @@ def _collapse(
                 continue
             u, v = origin[h], origin[twin[h]]
             best, least, tilt, stamp = _best_collapse(
-                h, points, normals, origin, twin, faced, seen, stamp, may_fold
+                h, points, normals, origin, twin, faced, steep, seen, stamp, may_fold
             )
             if best < 0:
                 continue

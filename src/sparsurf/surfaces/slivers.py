@@ -24,6 +24,7 @@ from sparsurf.surfaces.vectors import dot, point
 # an angle of 12 degrees would take a triangle far from the surface, only those below 6 degrees do
 PASSES = ((0.978, 0.6), (0.9945, 0.2), (0.9945, 0.0))
 MAX_SWEEPS = 10
+UPRIGHT = 0.1  # least cosine of a new triangle with the normals of its corners where the surface is steep
 LEAST_GAIN = 1e-6  # of a cosine
 
 
@@ -62,7 +63,13 @@ def _is_joined(h: int, v: int, origin: np.ndarray, twin: np.ndarray) -> bool:
 
 @njit()
 def _after_turn(
-    h: int, least: float, points: np.ndarray, normals: np.ndarray, origin: np.ndarray, twin: np.ndarray
+    h: int,
+    strict: bool,
+    least: float,
+    points: np.ndarray,
+    normals: np.ndarray,
+    origin: np.ndarray,
+    twin: np.ndarray,
 ) -> tuple[float, float]:
     """Return the largest cosine of the two triangles at an edge now, and after the edge is turned; 2 where it may not be."""
     t = twin[h]
@@ -72,7 +79,8 @@ def _after_turn(
     after = max(largest_cosine(points, x, u, y), largest_cosine(points, y, v, x))
     if after >= now or _is_joined(next_edge(next_edge(h)), y, origin, twin):
         return now, 2.0
-    least = min(least, facing(points, normals, u, v, x), facing(points, normals, v, u, y))
+    if not strict:
+        least = min(least, facing(points, normals, u, v, x), facing(points, normals, v, u, y))
     if facing(points, normals, x, u, y) < least or facing(points, normals, y, v, x) < least:
         return now, 2.0
     return now, after
@@ -80,7 +88,13 @@ def _after_turn(
 
 @njit()
 def _after_collapse(
-    h: int, least: float, points: np.ndarray, normals: np.ndarray, origin: np.ndarray, twin: np.ndarray
+    h: int,
+    strict: bool,
+    least: float,
+    points: np.ndarray,
+    normals: np.ndarray,
+    origin: np.ndarray,
+    twin: np.ndarray,
 ) -> tuple[float, float]:
     """Return the largest cosine around the start of a half-edge now, and with it in the end; 2 where a triangle folds."""
     u, v = origin[h], origin[twin[h]]
@@ -90,7 +104,8 @@ def _after_collapse(
         now = max(now, largest_cosine(points, u, a, b))
         if v not in (a, b):
             after = max(after, largest_cosine(points, v, a, b))
-            if facing(points, normals, v, a, b) < min(least, facing(points, normals, u, a, b)):
+            limit = least if strict else min(least, facing(points, normals, u, a, b))
+            if facing(points, normals, v, a, b) < limit:
                 return now, 2.0
         e = around(e, twin)
         if e == h:
@@ -122,9 +137,13 @@ def remove_slivers(
     origin: np.ndarray,
     twin: np.ndarray,
     dead: np.ndarray,
+    steep: np.ndarray,
     may_remove: int,
 ) -> int:
-    """Turn and collapse edges of thin triangles; return the number of vertices that went, at most `may_remove`."""
+    """Turn and collapse edges of thin triangles; return the number of vertices that went, at most `may_remove`.
+
+    No new triangle is tilted where the surface is steep, (V,) bool.
+    """
     seen, stamp, gone = np.zeros(len(points), np.int64), 0, 0
     for limit, least in PASSES:
         for _ in range(MAX_SWEEPS):
@@ -135,14 +154,16 @@ def remove_slivers(
                     continue
                 best, gain, turned = -1, LEAST_GAIN, True
                 for h in range(3 * f, 3 * f + 3):
-                    now, after = _after_turn(h, least, points, normals, origin, twin)
+                    strict = steep[origin[h]]
+                    upright = max(least, UPRIGHT) if strict else least
+                    now, after = _after_turn(h, strict, upright, points, normals, origin, twin)
                     if now - after > gain:
                         best, gain, turned = h, now - after, True
                     e = h
                     while gone < may_remove:
                         stamp += 1
                         if may_collapse(e, origin, twin, seen, stamp):
-                            now, after = _after_collapse(e, least, points, normals, origin, twin)
+                            now, after = _after_collapse(e, strict, upright, points, normals, origin, twin)
                             if now - after > gain:
                                 best, gain, turned = e, now - after, False
                         e = around(e, twin)

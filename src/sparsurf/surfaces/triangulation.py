@@ -21,9 +21,10 @@ from sparsurf.kernels import njit
 from sparsurf.surfaces.chosen_points import on_steps
 from sparsurf.surfaces.components import enclosed_of
 from sparsurf.surfaces.constrained_delaunay import FAILED, add_points, fill_border, project
+from sparsurf.surfaces.crossing_triangles import crossing_triangles
 from sparsurf.surfaces.decimation import GRID_STEP, mesh_that_is_left, n_vertices_of, reduce_to, sized_mesh
 from sparsurf.surfaces.dot_placement import Rolled, roll_checked
-from sparsurf.surfaces.grid import sort_into_grid
+from sparsurf.surfaces.grid import pairs_within, sort_into_grid
 from sparsurf.surfaces.grid_mesh import mesh_of_dense
 from sparsurf.surfaces.half_edges import remaining, twins
 from sparsurf.surfaces.mesh import Mesh, MeshSize, build_mesh
@@ -79,7 +80,8 @@ log = logging.getLogger("sparsurf")
 
 HALFWAY = 1e-9  # rad; what lies halfway belongs to the first atom, whatever its rounding
 FEWEST_ROWS = 64  # of arrays that are made longer when they are full
-MAX_DIVISIONS = 8  # of edges whose lines cross, each into twice as many
+MAX_ATTEMPTS = 4  # to keep triangles from passing through one another
+MAX_DIVISIONS = 12  # of edges whose lines cross, each into twice as many
 RESERVE = 0.95
 FINER, FINEST = 0.75, 0.4  # of a spacing whose triangles do not close, the next one and the last one
 SPACING = 1.13  # Å, times the root of the density
@@ -140,7 +142,7 @@ def _divisions(pieces: Pieces, groups: np.ndarray, spacing: float) -> np.ndarray
 
 @njit()
 def _nearest_of_three(position: Vector, rolling: Rolling, q: int) -> int:
-    """Return the atom of a fixed probe that is nearest to a position, to which dots there belong."""
+    """Return the atom of a steep probe that is nearest to a position, to which dots there belong."""
     owner = rolling.triple[q, 0]
     for c in range(1, 3):
         other = rolling.triple[q, c]
@@ -624,7 +626,7 @@ def triangulate(pieces: Pieces, rolled: Rolled, spacing: float) -> Triangles | N
     n = _divisions(pieces, groups, spacing)
     in_doubt = np.ones(len(pieces.face_kind), bool)
     of_direction = np.repeat(np.arange(len(pieces.face_kind)), np.diff(pieces.loop_start[pieces.face_start]))
-    for _ in range(MAX_DIVISIONS):
+    for attempt in range(MAX_DIVISIONS):
         count = np.where(pieces.ends[:, 0] < 0, n, n - 1)
         divided = _Divided(n, len(pieces.vertices) + np.cumsum(count) - count)
         n_points = len(pieces.vertices) + int(count.sum())
@@ -634,16 +636,27 @@ def triangulate(pieces: Pieces, rolled: Rolled, spacing: float) -> Triangles | N
         marked = np.zeros(len(n), bool)
         _mark_crossing(pieces, rolling, probe, divided, points, in_doubt, marked)
         if not marked.any():
-            break
+            made, is_possible = _fill_faces(pieces, rolling, probe, divided, spacing, points, n_points)
+            if not is_possible:
+                return None
+            found = _labelled(pieces, rolling, probe, made, kind, atom)
+            crosses = crossing_triangles(found.points, found.normals, found.triangles)
+            if not crosses.any() or attempt == MAX_DIVISIONS - 1:
+                return found
+            thin = np.zeros(len(pieces.face_kind), bool)  # films, which the chords of their borders leave
+            thin[made.triangles[: made.n[1]][crosses, 3]] = True
+            marked[pieces.loop_edges[thin[of_direction]] // 2] = True
         is_divided = np.isin(groups, groups[marked])
         n = np.where(is_divided, 2 * n, n)
         in_doubt[:] = False
         in_doubt[of_direction[is_divided[pieces.loop_edges // 2]]] = True
-    else:
-        return None
-    made, is_possible = _fill_faces(pieces, rolling, probe, divided, spacing, points, n_points)
-    if not is_possible:
-        return None
+    return None
+
+
+def _labelled(
+    pieces: Pieces, rolling: Rolling, probe: float, made: _Made, kind: np.ndarray, atom: np.ndarray
+) -> Triangles:
+    """Return the triangles of faces with normals, kinds and atoms, given those of the points on edges."""
     n_points, n_triangles = made.n
     added = np.zeros(n_points - len(kind), np.int64)
     kind, atom = np.append(kind, added.astype(np.int8)), np.append(atom, added)
@@ -768,23 +781,8 @@ def mesh_of_pieces(pieces: Pieces, rolled: Rolled, size: MeshSize, area: float, 
                 return _between_dots(rolled, size)
             continue
         if n is None or fine.n_vertices >= n:
-            break
+            return _without_crossing(fine, rolled, spacing, n)
         spacing *= math.sqrt(RESERVE * fine.n_vertices / n)
-    made, origin, twin, dead = fine.made, fine.origin, fine.twin, fine.dead
-    unknown = np.zeros(len(made.points))  # areas, which follow from the triangles
-    vertices = Surface(made.points + rolled.origin, made.normals, unknown, made.kind, rolled.atom[made.atom])
-    if n is None:
-        kept, triangles = remaining(origin, dead)
-        vertices = vertices.take(kept)
-        return build_mesh(vertices.points, vertices.normals, triangles, vertices.kind, vertices.atom)
-    points, normals = on_steps(made.points), on_steps(made.normals)
-    # A few vertices are left for triangles that are thin then, and the rest of these go after them
-    n_spare = min(n + n // SPARE, fine.n_vertices)
-    reduce_to(n_spare, points, normals, origin, twin, dead, fine.n_vertices)
-    gone = remove_slivers(points, normals, origin, twin, dead, n_spare - n)
-    reduce_to(n, points, normals, origin, twin, dead, n_spare - gone)
-    remove_slivers(points, normals, origin, twin, dead, 0)
-    return mesh_that_is_left(vertices, origin, dead)
 
 
 class _HalfEdges(NamedTuple):
@@ -802,13 +800,67 @@ def _closed(pieces: Pieces, rolled: Rolled, spacing: float, chi: int) -> _HalfEd
     made = triangulate(pieces, rolled, spacing) if pieces.n_open == 0 else None
     if made is None:
         return None
+    fine = _without_slivers(made, np.zeros(len(made.points), bool))
+    return fine if fine and len(made.points) - len(made.triangles) // 2 == chi else None
+
+
+def _without_slivers(made: Triangles, steep: np.ndarray) -> _HalfEdges | None:
+    """Return triangles without slivers; None where they do not close."""
     n, origin = len(made.points), made.triangles.astype(np.int32).ravel()
-    twin = twins(origin, n)
-    if (twin < 0).any() or n - len(made.triangles) // 2 != chi:
+    twin, dead = twins(origin, n), np.zeros(len(made.triangles), bool)
+    if (twin < 0).any():
         return None
-    dead = np.zeros(len(made.triangles), bool)
-    gone = remove_slivers(on_steps(made.points), on_steps(made.normals), origin, twin, dead, n)
+    gone = remove_slivers(on_steps(made.points), on_steps(made.normals), origin, twin, dead, steep, n)
     return _HalfEdges(made, origin, twin, dead, n - gone)
+
+
+def _without_crossing(fine: _HalfEdges, rolled: Rolled, spacing: float, n: int | None) -> Mesh:
+    """Reduce triangles to n vertices, if given, so that none passes through another, or tell how many do.
+
+    Where they do, in necks and clefts, no new triangle is tilted in the next attempt.
+    """
+    steep, best, fewest = np.zeros(len(fine.made.points), bool), None, 0
+    for attempt in range(MAX_ATTEMPTS):
+        if attempt > 0:
+            fine = _without_slivers(fine.made, steep) or fine
+        try:
+            mesh = _reduced(fine, rolled, n, steep)
+        except InputError:
+            if best is None:
+                raise
+            break  # of so few vertices, none can stay
+        crosses = crossing_triangles(mesh.vertices.points, mesh.vertices.normals, mesh.triangles)
+        if best is None or crosses.sum() < fewest:
+            best, fewest = mesh, int(crosses.sum())
+        if fewest == 0:
+            return best
+        corners = mesh.vertices.points[np.unique(mesh.triangles[crosses])] - rolled.origin
+        steep[pairs_within(fine.made.points, corners, 2.0 ** (attempt - 1) * spacing)[1]] = True
+    assert best is not None
+    log.warning(
+        f"mesh: {fewest} of {len(best.triangles):,} triangles pass through others where the surface is a thin film; "
+        "ask for more vertices if nothing may."
+    )
+    return best
+
+
+def _reduced(fine: _HalfEdges, rolled: Rolled, n: int | None, steep: np.ndarray) -> Mesh:
+    """Return the mesh of triangles, reduced to n vertices if given."""
+    made, (origin, twin, dead) = fine.made, (values.copy() for values in fine[1:4])
+    unknown = np.zeros(len(made.points))  # areas, which follow from the triangles
+    vertices = Surface(made.points + rolled.origin, made.normals, unknown, made.kind, rolled.atom[made.atom])
+    if n is None:
+        kept, triangles = remaining(origin, dead)
+        vertices = vertices.take(kept)
+        return build_mesh(vertices.points, vertices.normals, triangles, vertices.kind, vertices.atom)
+    points, normals = on_steps(made.points), on_steps(made.normals)
+    # A few vertices are left for triangles that are thin then, and the rest of these go after them
+    n_spare = min(n + n // SPARE, fine.n_vertices)
+    reduce_to(n_spare, points, normals, origin, twin, dead, steep, fine.n_vertices)
+    gone = remove_slivers(points, normals, origin, twin, dead, steep, n_spare - n)
+    reduce_to(n, points, normals, origin, twin, dead, steep, n_spare - gone)
+    remove_slivers(points, normals, origin, twin, dead, steep, 0)
+    return mesh_that_is_left(vertices, origin, dead)
 
 
 def without_centres(rolled: Rolled, left_out: EnclosedCentres) -> Rolled:

@@ -90,11 +90,22 @@ def test_a_chain_has_its_handles_and_good_triangles(shared, name, expected):
     area = sparsurf.areas((xyz, sizes)).atoms["excluded"].sum()
     assert len(points) == round(3 * area) and -0.013 < mesh.area / area - 1 < 0
     smallest = angles(points, triangles)
-    assert smallest.min() > 2 and (smallest < 10).mean() < 0.001
+    assert smallest.min() > 2 and (smallest < 5).mean() < 5e-4 and (smallest < 10).mean() < 0.001
     rolled = roll_spheres(xyz.round(3), sizes, 1.4)
     some = np.arange(0, len(triangles), 9)
     assert np.abs(exact_distance(points[triangles[some]].mean(axis=1), rolled)).max() < 0.2
     assert np.abs(exact_distance(points[::9], rolled)).max() < 1e-5
+
+
+# Without a search for such triangles, one at least passes through another on each of these
+@pytest.mark.parametrize(
+    "name",
+    ["1b6c_F", "1pl8_C", "1r54_A", "2bel_A", "2gf2_A", "2jr7_A", "2k2d_A", "3lea_B", "4liq_E", "4rsu_F"],
+)
+def test_no_triangle_of_a_chain_passes_through_another(shared, name):
+    molecule = read_molecule(shared / f"data/chains/{name}.pdb.gz")
+    mesh = triangulation.molecular_mesh(molecule.xyz[0], radii(molecule), size=THREE)
+    assert n_cuts(mesh.vertices.points, mesh.triangles) == 0
 
 
 def test_no_triangle_passes_through_another():
@@ -137,25 +148,34 @@ def test_the_accessible_surface_is_closed_at_the_reach_of_its_atoms(size):
     mesh = sparsurf.mesh(ROOT / "data/tdp43/topology.pdb", boundary="accessible", **size)
     molecule = read_molecule(ROOT / "data/tdp43/topology.pdb")
     vertices, reach = mesh.vertices, radii(molecule) + 1.4
-    gap = np.linalg.norm(vertices.points[:, None] - molecule.xyz[0].round(3), axis=2) - reach
-    assert np.abs(gap[np.arange(len(gap)), vertices.atom]).max() < 1e-5 and gap.min() > -1e-5
+    some = vertices.take(slice(None, None, 1 + len(vertices) // 2000))
+    gap = np.linalg.norm(some.points[:, None] - molecule.xyz[0].round(3), axis=2) - reach
+    assert np.abs(gap[np.arange(len(gap)), some.atom]).max() < 1e-5 and gap.min() > -1e-5
     exact = sparsurf.areas(molecule).atoms["accessible"].sum()
     assert -0.02 < mesh.area / exact - 1 < 0 and euler_numbers(mesh) == [-8]
     ring = 4.5 * np.column_stack([np.cos(TURN), np.sin(TURN), 0 * TURN])
     assert euler_numbers(sparsurf.mesh((ring, np.full(6, 1.7)), boundary="accessible", **size)) == [0]
 
 
-def test_where_the_pieces_do_not_close_a_grid_takes_their_place(monkeypatch, caplog):
-    xyz, sizes = np.array([[0.0, 0, 0], [3.0, 0, 0]]), np.array([1.7, 1.5])
-    exact = triangulation.molecular_mesh(xyz, sizes, size=THREE)
-    monkeypatch.setattr(triangulation, "triangulate", lambda *_: None)
+def test_degenerate_pieces_are_told_and_dots_take_their_place(caplog):
+    """Twelve atoms in a circle touch one probe on both sides of it, but for some 0.0003 Å."""
+    turn, sizes = np.arange(12) * np.pi / 6, np.full(12, 1.7)
+    regular = 3.0 * np.column_stack([np.cos(turn), np.sin(turn), 0 * turn])
+    xyz = regular + np.random.default_rng(8).normal(size=regular.shape) * 3e-4
+    _, exact = sparsurf.components((regular, sizes))
     with caplog.at_level(logging.WARNING):
-        mesh = triangulation.molecular_mesh(xyz, sizes, size=THREE)
-    assert "handles is that of the grid" in caplog.text and euler_numbers(mesh) == [2]
-    assert mesh.volume == pytest.approx(exact.volume, rel=0.02)
-    assert np.array_equal(mesh.vertices.atom, (mesh.vertices.points[:, 0] > 1.6).astype(int)) or (
-        (mesh.vertices.atom == (mesh.vertices.points[:, 0] > 1.6)).mean() > 0.9
-    )
+        _, found = sparsurf.components((xyz, sizes))
+    assert "handles of this surface cannot be counted" in caplog.text
+    assert found["handles"].isna().all() and exact["handles"].tolist() == [1]
+    assert found["area"].sum() == pytest.approx(exact["area"].sum(), rel=0.01)
+    assert found["volume"].sum() == pytest.approx(exact["volume"].sum(), rel=0.04)
+    caplog.clear()
+    with caplog.at_level(logging.WARNING):
+        mesh = sparsurf.mesh((xyz, sizes), density=3.0)
+    assert "handles is that of the grid" in caplog.text and len(euler_numbers(mesh)) == 1
+    assert mesh.volume == pytest.approx(exact["volume"].sum(), rel=0.04)
+    nearest = cKDTree(xyz).query(mesh.vertices.points)[1]
+    assert (mesh.vertices.atom == nearest).mean() > 0.9
 
 
 def test_fewer_vertices_than_the_handles_need_are_refused():
