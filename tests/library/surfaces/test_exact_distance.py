@@ -74,12 +74,12 @@ def molecule():
 @pytest.mark.parametrize("spheres", [molecule, shell])
 def test_distances_are_those_of_all_places_tried_one_by_one(spheres):
     xyz, radii = spheres()
-    points = np.random.default_rng(1).uniform(xyz.min(axis=0) - 4, xyz.max(axis=0) + 4, (1500, 3))
+    points = np.random.default_rng(1).uniform(xyz.min(axis=0) - 4, xyz.max(axis=0) + 4, (800, 3))
     expected = naive(points, xyz, radii)
     distance = exact_distance(points, roll_spheres(xyz, radii, PROBE))
     assert np.abs(distance - expected).max() < 1e-6
     for sign in (expected < -1.5, expected > PROBE, (expected > 0) & (expected < PROBE)):
-        assert sign.sum() > 10  # each kind of place was tried
+        assert sign.sum() > 3  # each kind of place was tried
     capped = exact_distance(points, roll_spheres(xyz, radii, PROBE), deepest=0.7)
     assert np.abs(capped - np.maximum(expected, -0.7)).max() < 1e-6
 

@@ -138,7 +138,7 @@ def test_one_sphere_and_two_at_one_place():
 def test_volumes_are_those_of_positions_tried_one_by_one(seed):
     """A position is outside if a probe covers it whose centre lies in no sphere of centres."""
     xyz, radii = heap(9, seed, 5.5)
-    probe, unit, step = 1.4, sphere(20000)[0], 0.1
+    probe, unit, step = 1.4, sphere(12000)[0], 0.12
     centres = (xyz[:, None] + (radii + probe)[:, None, None] * unit).reshape(-1, 3)
     inside = np.zeros(len(centres), bool)
     for position, reach in zip(xyz, radii + probe, strict=True):
