@@ -115,21 +115,33 @@ sys.exit(main())
     assert (run.returncode, run.stderr) == (130, "sparsurf: interrupted\n")
 
 
-END = "import sys\nfrom sparsurf.__main__ import main, run\n"
-
-
-@pytest.mark.parametrize("output", ["-", "/dev/full", "x.csv", "x.unknown"])
-@pytest.mark.parametrize("stream", [None, "/dev/full", "closed"])
-def test_the_command_that_ends_early_has_written_all(tmp_path, output, stream):
-    """It ends as a process does that takes its memory apart: with all it wrote, its code and its errors."""
+@pytest.mark.parametrize(
+    ("stream", "output", "sentence"),
+    [
+        (None, "-", ""),
+        (None, "x.csv", ""),
+        (None, "x.unknown", "this result cannot be written as '.unknown'"),
+        ("/dev/full", "-", "the output: No space left on device."),
+        ("/dev/full", "x.csv", ""),
+        ("closed", "-", "the standard output is closed"),
+        ("closed", "x.csv", ""),
+    ],
+)
+def test_the_command_that_ends_early_has_written_all(tmp_path, stream, output, sentence):
     (tmp_path / "p.pdb").write_text(peptide(["ALA", "GLY", "SER"]) + "END\n")
-    ends = []
-    for end in ("run()", "sys.exit(main())"):
-        call = [sys.executable, "-c", END + end, "areas", "p.pdb", "-q", "-o", output]
-        with open(stream if stream == "/dev/full" else tmp_path / "stdout", "w+b") as out:
-            closing = "import os, sys; os.close(1); os.execv(sys.argv[1], sys.argv[1:])"
-            call = [sys.executable, "-c", closing, *call] if stream == "closed" else call
-            run = subprocess.run(call, cwd=tmp_path, stdout=out, stderr=subprocess.PIPE, check=False)
-        files = [file.read_bytes() for file in sorted(tmp_path.iterdir())]
-        ends.append((run.returncode, run.stderr, files))
-    assert ends[0] == ends[1]
+    code = "from sparsurf.__main__ import run\nrun()"
+    call = [sys.executable, "-c", code, "areas", "p.pdb", "-q", "-o", output]
+    if stream == "closed":
+        closing = "import os, sys; os.close(1); os.execv(sys.argv[1], sys.argv[1:])"
+        call = [sys.executable, "-c", closing, *call]
+    with open(stream if stream == "/dev/full" else tmp_path / "-", "wb") as out:
+        run = subprocess.run(call, cwd=tmp_path, stdout=out, stderr=subprocess.PIPE, text=True, check=False)
+    assert bool(run.returncode) == bool(sentence), run.stderr
+    assert sentence in run.stderr and "Traceback" not in run.stderr
+    if not sentence:
+        table = (tmp_path / output).read_text()
+        assert table.endswith("\n") and [row.split(",")[1] for row in table.splitlines()[1:]] == [
+            "1",
+            "2",
+            "3",
+        ]
