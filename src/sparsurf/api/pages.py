@@ -32,7 +32,6 @@ from sparsurf.messages import no_warnings
 from sparsurf.molecules.formats import title
 from sparsurf.molecules.selection import POLYMERS
 from sparsurf.molecules.source import open_source
-from sparsurf.patches.index import nearest_of
 from sparsurf.progress import Progress
 from sparsurf.sampling.samplers import farthest
 from sparsurf.settings import PatchesSettings, Settings
@@ -40,6 +39,7 @@ from sparsurf.surfaces.components import (
     COMPONENT_FIELD,
     fields_without_component,
 )
+from sparsurf.surfaces.grid import nearest_of
 from sparsurf.threads import available_cores
 
 if TYPE_CHECKING:
@@ -228,7 +228,7 @@ def drawn_mesh(surface: Surface, distance: float = 0.0) -> Mesh | None:
             mesh = coarsened(mesh, DENSITY_OF_PICTURES)
     except InputError:  # a grid around it does not fit into the memory, or the dots enclose nothing
         return None
-    nearest = nearest_of(surface.points, mesh.vertices.points)
+    nearest = nearest_of(surface.points, mesh.vertices.points)[0]
     return replace(mesh, vertices=replace(mesh.vertices, atom=surface.atom[nearest]))
 
 

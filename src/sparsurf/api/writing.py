@@ -126,15 +126,6 @@ class DotsToWrite:
         return {name: columns[name] for name in names if columns[name].dtype.kind in "iuf"}
 
     @property
-    def _all(self) -> pd.DataFrame:
-        """The table, before the fields of the surface."""
-        import pandas as pd  # here, as below: it takes long to load
-
-        table = pd.DataFrame(self.table)
-        fields = {name: values for name, values in self.surface.fields.items() if name not in table}
-        return table.join(pd.DataFrame(fields, index=table.index)) if fields else table
-
-    @property
     def coloured_by(self) -> str:
         """The column that gives colours: `shown`, or the first field; empty for the kinds."""
         return self.shown or next(iter(self.surface.fields), "")
@@ -154,14 +145,15 @@ class DotsToWrite:
         in_one = self.shown == "weight" and not ends_in(output, ".ply")
         return self.scale if ends_in(output, COLOURED) and not in_one else None
 
-    def to_frame(self) -> pd.DataFrame:
+    def columns(self) -> dict[str, Any]:
         """Return all columns, in the order of a CSV."""
-        import pandas as pd
-
-        positions = self.surface.to_frame()[list(POSITION_COLUMNS)]
-        columns = self._all[[name for name in self._all if name not in POSITION_COLUMNS]]
-        dot = [name for name in ("dot",) if name in columns]
-        return pd.concat([columns[dot], positions, columns.drop(columns=dot)], axis=1)
+        columns = {str(name): column for name, column in self.table.items()}
+        columns |= {name: values for name, values in self.surface.fields.items() if name not in columns}
+        positions = zip(POSITION_COLUMNS, [*self.surface.points.T, *self.surface.normals.T], strict=True)
+        dot = {"dot": columns.pop("dot")} if "dot" in columns else {}
+        return (
+            dot | dict(positions) | {n: column for n, column in columns.items() if n not in POSITION_COLUMNS}
+        )
 
 
 def parse_output(output: str | Path, formats: Sequence[str]) -> tuple[str, bool, Path | None]:
@@ -286,7 +278,7 @@ def write_dots(output: str | Path, dots: DotsToWrite) -> None:
 
     writers: dict[str, Callable[[Path], Any]] = {
         ".vert": lambda path: write_vertices(path, surface, numbers(), n_spheres, names, header),
-        ".csv": lambda path: write_csv(path, dots.to_frame(), sorted(surface.fields.keys() - {*dots.table})),
+        ".csv": lambda path: write_csv(path, dots.columns(), sorted(surface.fields.keys() - {*dots.table})),
         ".npz": npz,
         ".ply": ply,
         ".dms": dms,
@@ -359,11 +351,10 @@ def mesh_dots(mesh: Mesh) -> DotsToWrite:
     """Return a Mesh as Dots: its vertices with the area around each, and the atom where it is known."""
     message = f"{len(mesh.triangles):,} triangles, {mesh.volume:,.0f} Å^3"
     vertices = mesh.vertices
-    table = replace(vertices, fields={}).to_frame()
-    names = [name for name in table if name != "kind" or vertices.kind.max() >= 0]
-    return DotsToWrite(
-        vertices, table[names], faces=mesh.triangles, coloured=False, single=True, message=message
-    )
+    table = replace(vertices, fields={}).columns()
+    if vertices.kind.max() < 0:
+        del table["kind"]
+    return DotsToWrite(vertices, table, faces=mesh.triangles, coloured=False, single=True, message=message)
 
 
 def recovered_dots(dense: Surface) -> DotsToWrite:
@@ -576,7 +567,7 @@ def _dots_of(result: Any, atoms: Molecule | None, frame: int, is_shown: bool) ->
     if isinstance(result, Surface) and result.recovered is not None and atoms is None:
         return recovered_dots(result)
     if isinstance(result, Surface):
-        return DotsToWrite(result, replace(result, fields={}).to_frame(atoms), molecule=atoms, frame=frame)
+        return DotsToWrite(result, replace(result, fields={}).columns(atoms), molecule=atoms, frame=frame)
     if hasattr(result, "triangles"):
         return mesh_dots(result) if atoms is None else replace(mesh_dots(result), molecule=atoms, frame=frame)
     raise InputError(

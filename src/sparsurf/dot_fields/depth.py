@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sparsurf.arguments import Cavities
+from sparsurf.surfaces.grid import nearest_of
 from sparsurf.surfaces.molecular_surface import roll_spheres
 from sparsurf.surfaces.spacing import DENSITY
 
@@ -28,9 +29,7 @@ def depth_of_atoms(
 
 def depth_below(dots: Surface, xyz: np.ndarray) -> np.ndarray:
     """Return the distance of atoms at (A, 3) from the nearest dot, (A,), Å."""
-    from scipy.spatial import cKDTree  # here: it takes a quarter of a second to load
-
-    return np.asarray(cKDTree(dots.points).query(xyz)[0])
+    return nearest_of(dots.points, xyz)[1]
 
 
 def depth_of_residues(molecule: Molecule, depth: np.ndarray) -> np.ndarray:

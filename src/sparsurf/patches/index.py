@@ -20,7 +20,6 @@ from sparsurf.arguments import R_ZERNIKE as R_ZERNIKE
 from sparsurf.kernels import njit
 from sparsurf.surfaces.grid import Lattice, cells_within, columns_around, in_column, sort_into_grid
 from sparsurf.surfaces.vectors import Vector, point, squared_distance
-from sparsurf.threads import parallel_map
 
 CELL_SIDE = 2.0  # Å; a third of R_ZERNIKE is the fastest
 MIN_LINKS_PER_DOT = 6  # a constant number of iterations avoids mispredicted loop ends
@@ -28,7 +27,6 @@ GROUP_SIZE = 64  # dots of a group, one for each bit of a word
 ALL_BITS = np.uint64(2**64 - 1)
 N_SHELLS = 64  # around a group, in which dots are sorted by their distance
 ROUNDING_MARGIN = 1e-9  # Å, far above rounding
-OUT_OF_REACH = 1e7  # Å, at which no dot is looked for
 
 
 class PatchIndex(NamedTuple):
@@ -273,57 +271,3 @@ def select_separated(
                     q = np.uintp(j)
                     blocked[q] |= squared_distance(point(index.xyz, q), centre) <= r2
     return out[:m].copy()
-
-
-def nearest_of(points: np.ndarray, positions: np.ndarray, threads: int = 1) -> np.ndarray:
-    """Find the point (N, 3) nearest to each position (M, 3), the lowest of equally near ones, (M,) indices."""
-    points = np.ascontiguousarray(points, np.float64)
-    edge = max(float(np.prod(np.maximum(np.ptp(points, axis=0), 1e-3)) / len(points)) ** (1 / 3), 1e-3)
-    return nearest_dots(build_grid(points, side=edge), positions, edge, threads=threads)[0]
-
-
-def nearest_dots(
-    index: PatchIndex,
-    points: np.ndarray,
-    first: float,
-    itself: np.ndarray | None = None,
-    threads: int = 1,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Find the dot nearest to each point (m, 3), the lowest of equally near ones, and its distance, Å, (m,) each.
-
-    It is looked for within `first` Å, and then twice as far each time. `itself` (m,) are positions that do not count.
-    """
-    dot, distance = np.full(len(points), -1), np.full(len(points), np.inf)
-    itself = np.full(len(points), -1) if itself is None else itself
-    parallel_map(
-        lambda a, b: _write_nearest(index, points[a:b], itself[a:b], float(first), dot[a:b], distance[a:b]),
-        len(points),
-        threads,
-    )
-    return dot, distance
-
-
-@njit()
-def _write_nearest(
-    index: PatchIndex,
-    points: np.ndarray,
-    itself: np.ndarray,
-    first: float,
-    dot: np.ndarray,
-    distance: np.ndarray,
-) -> None:
-    """Write the nearest dot of each point of a slice, and its distance."""
-    for i in range(len(points)):
-        centre = point(points, i)
-        found, best, within = np.int64(-1), 0.0, first
-        while found < 0 and within < OUT_OF_REACH:
-            best = within * within
-            columns = columns_around(index.lattice, centre, within)
-            for c in range(columns.n):
-                for q in in_column(index.start, columns, c):
-                    d2 = squared_distance(point(index.xyz, q), centre)
-                    if q != itself[i] and (d2 < best or (d2 == best and index.dot[q] < found)):
-                        best, found = d2, np.int64(index.dot[q])
-            within *= 2.0
-        if found >= 0:
-            dot[i], distance[i] = found, math.sqrt(best)

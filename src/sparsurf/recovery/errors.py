@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sparsurf.kernels import njit
-from sparsurf.patches.index import R_ZERNIKE, PatchIndex, ball, ball_bound, build_grid, nearest_dots
+from sparsurf.patches.index import R_ZERNIKE, PatchIndex, ball, ball_bound
 from sparsurf.recovery.interpolated_surface import CELL, interpolate_surface
 from sparsurf.surfaces.exact_distance import distance_of_dots
+from sparsurf.surfaces.grid import nearest_dots, sort_into_grid
 from sparsurf.surfaces.molecular_surface import RolledFrame
 from sparsurf.surfaces.spacing import DENSITY
 from sparsurf.surfaces.vectors import point
@@ -50,9 +51,9 @@ def distance_to_surface(
     place of the plane, from which a curved surface deviates by about 0.002 Å between dots. A surface with the concave parts
     that DMS leaves inside other probes is not that of its spheres, and is measured by planes.
     """
-    index = build_grid(surface_points, side=CELL)
+    cells = sort_into_grid(surface_points, CELL)
     points = np.ascontiguousarray(points, float)
-    nearest, distance = nearest_dots(index, points, FIRST_REACH, threads=threads)
+    nearest, distance = nearest_dots(cells, points, FIRST_REACH, threads=threads)
     if true is not None and true.exact:
         used, place = np.unique(nearest, return_inverse=True)  # points between few dots share the nearest one
         height = distance_of_dots(surface_points[used], surface_normals[used], true, threads)[place]
@@ -60,8 +61,8 @@ def distance_to_surface(
         height = np.abs(np.einsum("ij,ij->i", points - surface_points[nearest], surface_normals[nearest]))
     spacing = 0.0
     if len(surface_points) > 1:
-        measured = index.position[::EVERY].astype(np.int64)
-        spacing = np.median(nearest_dots(index, index.xyz[measured], FIRST_REACH, measured, threads)[1])
+        measured = np.argsort(cells.dot)[::EVERY]  # positions of every so manyth dot
+        spacing = np.median(nearest_dots(cells, cells.xyz[measured], FIRST_REACH, measured, threads)[1])
     # A dot says nothing beyond its neighbours: over a hole, a height of 0 would hide the error
     return np.where(distance <= 2 * spacing, height, distance)
 

@@ -32,6 +32,7 @@ from sparsurf.sampling.farthest_point import farthest_after, farthest_point_samp
 from sparsurf.sampling.published import SampledSurface
 from sparsurf.sampling.touches import Touches, set_cover, touches_of
 from sparsurf.surfaces.exact_distance import exact_distance
+from sparsurf.surfaces.grid import nearest_of
 from sparsurf.surfaces.molecular_surface import RolledFrame, roll_spheres, rolled_atoms
 from sparsurf.surfaces.surface import CONTACT, SADDLE, Surface, SurfaceOrigin
 
@@ -104,8 +105,6 @@ class AtomCover:
         A dot whose probe touches the same inferred atoms as true ones has no error. For the others it is the distance from the
         surface of the inferred atoms and of the chosen dots that these do not explain, over which the probe rolls as well.
         """
-        from scipy.spatial import cKDTree  # here: it takes a quarter of a second to load
-
         surface, atoms, probe = self.surface, self.atoms, self.atoms.rules.probe_radius
         points, normals = surface.points[chosen].round(DECIMALS), surface.normals[chosen].round(DECIMALS)
         normals /= np.linalg.norm(normals, axis=1, keepdims=True)
@@ -116,15 +115,14 @@ class AtomCover:
         centres, radii, found = completed(
             points + probe * normals, normals, inferred.centres, inferred.radii, model
         )
-        distance, nearest = map(np.asarray, cKDTree(atoms.xyz).query(centres))
+        nearest, distance = nearest_of(atoms.xyz, centres)
         is_true = (distance < TRUE_ATOM) & (np.abs(atoms.radii[nearest] - radii) < TRUE_ATOM)
         missing = np.full(len(atoms.xyz), True)
         missing[nearest[is_true]] = False
         errs = self.touches.dots_of(missing)
         if not is_true.all():
             places, reach = surface.points + probe * surface.normals, radii.max() + probe
-            other_dots = cKDTree(centres[~is_true])
-            errs |= np.isfinite(other_dots.query(places, distance_upper_bound=reach)[0])
+            errs |= nearest_of(centres[~is_true], places)[1] < reach
         balls = points[found.kind == UNEXPLAINED]
         spheres = np.concatenate([centres, balls])
         rolled = roll_spheres(spheres, np.append(radii, np.full(len(balls), BALL)), probe)
@@ -139,8 +137,6 @@ class AtomCover:
 
         A dot is added where the error is the largest around; of these places, those with the largest weight come first.
         """
-        from scipy.spatial import cKDTree  # here: it takes a quarter of a second to load
-
         points, bad = self.surface.points, np.flatnonzero(weight)
         candidates = bad[~np.isin(bad, chosen)]
         candidates = candidates[np.argsort(-errors[candidates], kind="stable")]
@@ -150,7 +146,7 @@ class AtomCover:
         worst = candidates[
             select_separated(grid, np.arange(len(candidates)), APART_FROM_KEPT, len(candidates), 0)
         ]
-        nearest = cKDTree(points[worst]).query(points[bad])[1]
+        nearest = nearest_of(points[worst], points[bad])[0]
         mended = np.bincount(nearest, weight[bad], len(worst))
         order = np.argsort(-mended, kind="stable")
         return worst[order[: np.searchsorted(np.cumsum(mended[order]), mended.sum() - remaining) + 1]]

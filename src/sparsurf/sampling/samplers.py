@@ -11,12 +11,13 @@ import numpy as np
 
 from sparsurf import registry
 from sparsurf.errors import InputError
-from sparsurf.patches.index import nearest_of, select_separated
+from sparsurf.patches.index import select_separated
 from sparsurf.sampling import published
 from sparsurf.sampling.combination import PUBLISHED_CHOICES, Choices
 from sparsurf.sampling.farthest_point import farthest_point_sampling
 from sparsurf.sampling.published import SampledSurface
 from sparsurf.surfaces.chosen_points import on_steps
+from sparsurf.surfaces.grid import nearest_of
 
 MAX_SURPLUS = 0.005  # largest accepted share of dots above n; the surplus is discarded at random
 
@@ -196,7 +197,7 @@ def nearest_chosen(points: np.ndarray, subset: np.ndarray, threads: int = 1) -> 
     The squares of the distances between positions on steps are exact, so that no rounding decides.
     """
     positions = on_steps(points)
-    return nearest_of(positions[subset], positions, threads)
+    return nearest_of(positions[subset], positions, threads)[0]
 
 
 def nearest_kept(points: np.ndarray, subset: np.ndarray, threads: int = 1) -> tuple[np.ndarray, np.ndarray]:

@@ -115,7 +115,7 @@ class Points(Shown, tuple):
 
     def columns(self) -> dict[str, np.ndarray]:
         """Return the columns of `to_frame` by name."""
-        table = {name: np.asarray(values) for name, values in self.surface._columns().items()}
+        table = {name: np.asarray(values) for name, values in self.surface.columns().items()}
         if "atom" not in table:
             following = [*table][[*table].index("kind") + 1 :]
             table["atom"] = self.surface.atom

@@ -25,17 +25,18 @@ REACH = 3  # column after the centre
 def crossing_triangles(points: np.ndarray, normals: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """Return whether a triangle, (F,) bool, passes through another one, or another one through it, where some are tilted."""
     points, triangles = np.ascontiguousarray(points, float), np.ascontiguousarray(triangles)
-    tilted = _around_tilted(points, np.ascontiguousarray(normals, float), triangles)
+    # `flatnonzero` and `max` outside of kernels, for which numba loads scipy.linalg
+    tilted = np.flatnonzero(_around_tilted(points, np.ascontiguousarray(normals, float), triangles))
     if len(tilted) == 0:
         return np.zeros(len(triangles), bool)
     circles = _circles(points, triangles)
     grid = sort_into_grid(circles[:, :REACH], 2 * float(circles[:, REACH].mean()))
-    return _crossing(points, triangles, grid, circles, tilted)
+    return _crossing(points, triangles, grid, circles, tilted, float(circles[:, REACH].max()))
 
 
 @njit()
 def _around_tilted(points: np.ndarray, normals: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """List the triangles of which a corner is one of a tilted triangle."""
+    """Return the triangles, (F,) bool, of which a corner is one of a tilted triangle."""
     at_tilted = np.zeros(len(points), np.bool_)
     for f in range(len(triangles)):
         u, v, w = triangles[f]
@@ -45,7 +46,7 @@ def _around_tilted(points: np.ndarray, normals: np.ndarray, triangles: np.ndarra
     for f in range(len(triangles)):
         for corner in triangles[f]:
             around[f] |= at_tilted[corner]
-    return np.flatnonzero(around)
+    return around
 
 
 @njit()
@@ -66,10 +67,15 @@ def _circles(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
 
 @njit()
 def _crossing(
-    points: np.ndarray, triangles: np.ndarray, grid: PointGrid, circles: np.ndarray, chosen: np.ndarray
+    points: np.ndarray,
+    triangles: np.ndarray,
+    grid: PointGrid,
+    circles: np.ndarray,
+    chosen: np.ndarray,
+    largest: float,
 ) -> np.ndarray:
     """Return whether an edge of another triangle passes through each chosen triangle, or one of its edges through another."""
-    crosses, largest = np.zeros(len(triangles), np.bool_), circles[:, REACH].max()
+    crosses = np.zeros(len(triangles), np.bool_)
     for f in chosen:
         centre = point(circles, f)
         columns = columns_around(grid.lattice, centre, circles[f, REACH] + largest)

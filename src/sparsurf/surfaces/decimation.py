@@ -217,6 +217,29 @@ def _entry(
 
 
 @njit()
+def _in_order(values: np.ndarray, k: int) -> float:
+    """Return value number k in ascending order by Hoare's selection: for `partition`, numba loads scipy.linalg."""
+    low, high = 0, len(values) - 1
+    while low < high:
+        pivot, i, j = values[(low + high) // 2], low, high
+        while i <= j:
+            while values[i] < pivot:
+                i += 1
+            while values[j] > pivot:
+                j -= 1
+            if i <= j:
+                values[i], values[j] = values[j], values[i]
+                i, j = i + 1, j - 1
+        if k <= j:
+            high = j
+        elif k >= i:
+            low = i
+        else:
+            break
+    return values[k]
+
+
+@njit()
 def _longest_to_go(
     n: int, points: np.ndarray, origin: np.ndarray, twin: np.ndarray, dead: np.ndarray
 ) -> float:
@@ -227,7 +250,7 @@ def _longest_to_go(
             lengths[m] = squared_length(points, origin[h], origin[twin[h]])
             m += 1
     n_shortest = EDGES_PER_VERTEX_TO_GO * n
-    return np.partition(lengths[:m], n_shortest)[n_shortest] if n_shortest < m else np.inf
+    return _in_order(lengths[:m], n_shortest) if n_shortest < m else np.inf
 
 
 @njit()

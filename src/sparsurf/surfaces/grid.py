@@ -5,12 +5,16 @@ Positions number the points in the order of their cells, dots in the order in wh
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
 from sparsurf.kernels import njit
 from sparsurf.surfaces.vectors import Vector, doubled, point, squared_distance
+from sparsurf.threads import parallel_map
+
+OUT_OF_REACH = 1e7  # Å, at which no point is looked for
 
 
 class Lattice(NamedTuple):
@@ -141,3 +145,58 @@ def _pairs(grid: PointGrid, positions: np.ndarray, distance: float) -> np.ndarra
                     pairs[n, 0], pairs[n, 1] = i, grid.dot[q]
                     n += 1
     return pairs[:n]
+
+
+def nearest_of(points: np.ndarray, positions: np.ndarray, threads: int = 1) -> tuple[np.ndarray, np.ndarray]:
+    """Find the point (N, 3) nearest to each position (M, 3), the lowest of equally near ones, and its distance, Å, (M,) each."""
+    points = np.ascontiguousarray(points, np.float64)
+    edge = max(float(np.prod(np.maximum(np.ptp(points, axis=0), 1e-3)) / len(points)) ** (1 / 3), 1e-3)
+    positions = np.ascontiguousarray(positions, np.float64)
+    return nearest_dots(sort_into_grid(points, edge), positions, edge, threads=threads)
+
+
+def nearest_dots(
+    grid: PointGrid,
+    points: np.ndarray,
+    first: float,
+    itself: np.ndarray | None = None,
+    threads: int = 1,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Find the dot nearest to each point (m, 3), the lowest of equally near ones, and its distance, Å, (m,) each.
+
+    It is looked for within `first` Å, and then twice as far each time. `itself` (m,) are positions that do not count.
+    """
+    dot, distance = np.full(len(points), -1), np.full(len(points), np.inf)
+    itself = np.full(len(points), -1) if itself is None else itself
+    parallel_map(
+        lambda a, b: _write_nearest(grid, points[a:b], itself[a:b], float(first), dot[a:b], distance[a:b]),
+        len(points),
+        threads,
+    )
+    return dot, distance
+
+
+@njit()
+def _write_nearest(
+    grid: PointGrid,
+    points: np.ndarray,
+    itself: np.ndarray,
+    first: float,
+    dot: np.ndarray,
+    distance: np.ndarray,
+) -> None:
+    """Write the nearest dot of each point of a slice, and its distance."""
+    for i in range(len(points)):
+        centre = point(points, i)
+        found, best, within = np.int64(-1), 0.0, first
+        while found < 0 and within < OUT_OF_REACH:
+            best = within * within
+            columns = columns_around(grid.lattice, centre, within)
+            for c in range(columns.n):
+                for q in in_column(grid.start, columns, c):
+                    d2 = squared_distance(point(grid.xyz, q), centre)
+                    if q != itself[i] and (d2 < best or (d2 == best and grid.dot[q] < found)):
+                        best, found = d2, np.int64(grid.dot[q])
+            within *= 2.0
+        if found >= 0:
+            dot[i], distance[i] = found, math.sqrt(best)

@@ -31,7 +31,8 @@ def twins(origin: np.ndarray, n: int) -> np.ndarray:
     start = np.zeros(n + 1, np.int64)
     for u in origin:
         start[u + 1] += 1
-    start = np.cumsum(start)
+    for u in range(n):  # for `cumsum` numba loads scipy.linalg
+        start[u + 1] += start[u]
     place, leaving = start.copy(), np.empty(len(origin), np.int32)
     for h in range(len(origin)):
         leaving[place[origin[h]]] = h

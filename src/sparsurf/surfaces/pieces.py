@@ -283,14 +283,11 @@ def capped_part(pieces: Pieces, faces: np.ndarray, kept: np.ndarray) -> tuple[Pi
 
 def _chained(ends: np.ndarray) -> np.ndarray:
     """Return the number of the chain of each edge, (n,), of those that share vertices, in the order of their first edges."""
-    from scipy.sparse import coo_array  # here: it takes long to load, and few surfaces are cut
-    from scipy.sparse.csgraph import connected_components
-
     ended, n = np.flatnonzero(ends[:, 0] >= 0), len(ends)
     vertex = n + np.unique(ends[ended], return_inverse=True)[1].ravel()
-    n_nodes = int(vertex.max(initial=n - 1)) + 1
-    shared = coo_array((np.ones(len(vertex)), (np.repeat(ended, 2), vertex)), shape=(n_nodes, n_nodes))
-    return connected_components(shared, directed=False)[1][:n]
+    nodes = np.arange(int(vertex.max(initial=n - 1)) + 1)  # the edges, and their vertices
+    chain = _joined(nodes, np.stack([np.repeat(ended, 2), vertex], axis=1))[:n]
+    return np.unique(chain, return_inverse=True)[1]
 
 
 def narrowest_handles(pieces: Pieces, faces: np.ndarray, chi: np.ndarray) -> np.ndarray:

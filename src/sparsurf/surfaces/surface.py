@@ -413,16 +413,16 @@ class Surface(Shown):
         """
         import pandas as pd  # here: it takes long to load
 
+        return pd.DataFrame(self.columns(molecule, columns))
+
+    def columns(
+        self, molecule: Molecule | None = None, columns: Mapping[str, np.ndarray] | None = None
+    ) -> dict[str, np.ndarray]:
+        """Return the columns of `to_frame` by name."""
         if molecule is not None:
             _refuse_other_molecule(self, molecule)
-        return pd.DataFrame(self._columns(molecule, columns))
-
-    def _columns(
-        self, molecule: Molecule | None = None, columns: Mapping[str, ArrayLike] | None = None
-    ) -> dict[str, ArrayLike]:
-        """Return the columns of `to_frame` by name."""
         names = ("x", "y", "z", "nx", "ny", "nz")
-        table: dict[str, ArrayLike] = dict(zip(names, [*self.points.T, *self.normals.T], strict=True))
+        table: dict[str, np.ndarray] = dict(zip(names, [*self.points.T, *self.normals.T], strict=True))
         table |= {"area": self.area, "kind": self.kind}
         if self.placed:
             table[COMPONENT_FIELD] = self.placed.components(self)

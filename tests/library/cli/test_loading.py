@@ -61,10 +61,15 @@ MAY_LOAD = {
     "points p.pdb -n 20 -o x.ply": "",
     "surface p.pdb -o x.npz": "",
     "surface p.pdb -o x.ply": "",
-    "residues p.pdb -o x.csv": "pydantic scipy.linalg scipy.spatial",
+    "residues p.pdb -o x.csv": "pydantic",
     "roughness p.pdb -o x.npz": "pydantic",
-    "surface p.pdb -o x.csv": "pandas",
+    "surface p.pdb -o x.csv": "",
+    "surface p.pdb --mesh -o x.ply": "",
+    "points p.pdb -n 20 -o x.csv": "",
+    "atoms p.pdb -o x.pdb": "",
+    "regions p.pdb --field hydropathy --above 1 -o x.csv": "pandas pydantic scipy.linalg",
     "minimal p.pdb --percent 20 -o x.csv": "pandas pydantic scipy.linalg scipy.spatial numba.np.arraymath",
+    "show p.pdb --no-open -o x.html": "pandas pydantic jinja2",
 }
 
 

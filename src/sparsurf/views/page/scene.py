@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sparsurf.patches.index import nearest_of
 from sparsurf.surfaces.formats.colours import (
     KIND_COLOURS,
     KIND_NAMES,
@@ -19,6 +18,7 @@ from sparsurf.surfaces.formats.colours import (
     ends_of,
     scale_of,
 )
+from sparsurf.surfaces.grid import nearest_of
 from sparsurf.views.page.packing import OCTAHEDRON, in_steps, pack
 from sparsurf.views.page.shapes import SHAPE_STEP, DrawnAtoms, Shape, shape_columns
 from sparsurf.views.render import along_smallest_axis
@@ -158,7 +158,7 @@ class PageScene:
         residues = [self._residues(shape.atom_of_corners) for shape in shapes]
         columns |= shape_columns(shapes, residues)
         if self.surface is not None and len(corners):
-            near = nearest_of(self.surface.points, corners)
+            near = nearest_of(self.surface.points, corners)[0]
             columns |= self._values(header, near, "corner")
             columns |= {"corner kind": self.surface.kind[near]} if header["kinds"] else {}
         if self.dots is not None:
