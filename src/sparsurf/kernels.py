@@ -95,7 +95,14 @@ class LightCache(Cache):
     """
 
     def __init__(self, function: Callable[..., Any]) -> None:
-        """Choose the folders as numba does, and the `__pycache__` beside the source."""
+        """Keep the function; most kernels of a process are never called, and their files are not looked for."""
+        self._function = function
+
+    def __getattr__(self, name: str) -> Any:
+        """Choose the folders as numba does, and the `__pycache__` beside the source, when an attribute is first read."""
+        if "_impl" in vars(self) or name.startswith("__"):
+            raise AttributeError(name)
+        function = self._function
         super().__init__(function)
         source = inspect.getfile(function)
         package = (function.__module__ or "").partition(".")[0]
@@ -107,6 +114,7 @@ class LightCache(Cache):
             StoredForms(folder, self._impl.filename_base, stamp)
             for folder in (folder_of_source, self._cache_path)
         )
+        return getattr(self, name)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Return the stored form for a signature; None if it is not stored."""
@@ -163,10 +171,11 @@ def njit(**options: Any) -> Callable[[Function], Function]:
     version.
     """
     options = {"cache": NUMBA_OFFERS_IT, "nogil": True} | options
+    is_stored = NUMBA_OFFERS_IT and options.pop("cache")
 
     def decorate(function: Function) -> Function:
         kernel: Any = numba.njit(**options)(function)
-        if NUMBA_OFFERS_IT and type(getattr(kernel, "_cache", None)) is caching.FunctionCache:
+        if is_stored and hasattr(kernel, "_cache"):  # not where numba is told to compile nothing
             kernel._cache = LightCache(function)
         return kernel
 

@@ -105,6 +105,21 @@ def fields(
     >>> fields.shape, list(fields)
     ((24600, 2), ['hydropathy', 'potential'])
     """
+    import pandas as pd  # here: it takes long to load
+
+    return pd.DataFrame(columns_of_fields(molecule, dots, names, frame, charges, table, smooth))
+
+
+def columns_of_fields(
+    molecule: MoleculeLike | Surface | Points | Mesh,
+    dots: Any = None,
+    names: FieldLike | Sequence[FieldLike] = DEFAULT_FIELDS,
+    frame: int = 0,
+    charges: str | Path = "table",
+    table: str | Path | None = None,
+    smooth: float | None = None,
+) -> dict[str, np.ndarray]:
+    """Return the columns of `fields` by name."""
     molecule, dots = labelled(molecule), labelled(dots)
     if isinstance(molecule, Surface):
         # of a field, in the place of `names`
@@ -135,15 +150,10 @@ def fields(
     names = field_names(names, "names")
     if not names:
         raise InputError(f"{argument('names')}: there are no fields; give at least one, such as 'potential'.")
-    import pandas as pd  # here: it takes long to load
-
     if atoms is None:  # of spheres
         bare, of_atoms = replace(surface, fields={}), {"charges": charges, "table": table, "smooth": smooth}
-        values = with_fields(bare, names, lambda: surface, "fields", available_cores(), of_atoms).fields
-        return pd.DataFrame(values)
-    return pd.DataFrame(
-        compute_fields(names, atoms.frame(frame), surface.points, charges, table, surface, smooth)
-    )
+        return dict(with_fields(bare, names, lambda: surface, "fields", available_cores(), of_atoms).fields)
+    return compute_fields(names, atoms.frame(frame), surface.points, charges, table, surface, smooth)
 
 
 def _are_names(value: Any) -> bool:

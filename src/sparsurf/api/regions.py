@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sparsurf.api.fields import fields, labelled
+from sparsurf.api.fields import columns_of_fields, labelled
 from sparsurf.api.inputs import SurfaceLike, as_dots, has_atoms
 from sparsurf.api.surfaces import surface as surface_of
 from sparsurf.errors import InputError, argument
+from sparsurf.evaluation.residues import mean_by_group, sum_by_group
 from sparsurf.molecules.unwrapping import pieces
 from sparsurf.patches.index import D_LINK
 from sparsurf.suggestions import public
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from sparsurf.dot_fields.named_fields import FieldLike
+    from sparsurf.molecules.molecule import Molecule
     from sparsurf.surfaces.mesh import Mesh
     from sparsurf.surfaces.surface import Surface
 
@@ -81,36 +83,59 @@ def regions(
     >>> bool((table["peak"] > 1).all())
     True
     """
+    import pandas as pd  # here: it takes long to load
+
+    return pd.DataFrame(columns_of_regions(dots, field, above, below, min_area, table, smooth, charges))
+
+
+def columns_of_regions(
+    dots: SurfaceLike | Mesh,
+    field: FieldLike,
+    above: float | None = None,
+    below: float | None = None,
+    min_area: float = 20.0,
+    table: str | Path | None = None,
+    smooth: float | None = None,
+    charges: str | Path = "table",
+) -> dict[str, np.ndarray]:
+    """Return the columns of `regions` by name."""
     if (above is None) == (below is None):
         raise InputError(f"regions: give a threshold, either {argument('above')} or {argument('below')}.")
     limit: Any = above if below is None else below
-    is_past, peak, end = (
-        (np.greater, np.fmax.reduce, "highest") if below is None else (np.less, np.fmin.reduce, "lowest")
-    )
+    is_past, peak, end = (np.greater, np.fmax, "highest") if below is None else (np.less, np.fmin, "lowest")
     surface = surface_of(dots, cavities="remove") if has_atoms(dots) else as_dots(labelled(dots))
     surface = _with_field(surface, field, table, smooth, charges)
     (values,) = surface.fields.values()
     past = is_past(values, limit)
     if not past.any():
-        raise InputError(f"No dot is past {limit:g}; the {end} is {peak(values):.4g}.")
+        raise InputError(f"No dot is past {limit:g}; the {end} is {peak.reduce(values):.4g}.")
     d_link, molecule = surface.origin.d_link if surface.origin else D_LINK, surface.molecule
     refuse_sparse(surface.points, d_link, "regions", "give all dots of a surface")
-    rows = surface.take(past).to_frame(value=values[past], atom=surface.atom[past])
-    if rows["area"].isna().any():
+    few, values = surface.take(past), values[past]
+    if np.isnan(few.area).any():
         raise InputError("regions: these dots have no areas; add a column area, or give the structure.")
+    links = np.column_stack(pairs_within(few.points, few.points, d_link))
+    group = pieces(links, len(few))
+    n = int(group.max()) + 1
+    area, extreme = sum_by_group(few.area, group, n), np.full(n, np.nan)
+    peak.at(extreme, group, values)
+    means = {axis: mean_by_group(few.points[:, k], group, n) for k, axis in enumerate("xyz")}
+    order = np.argsort(-area, kind="stable")
+    order = order[area[order] >= min_area]
+    columns = {"area": area, "dots": np.bincount(group), "mean": mean_by_group(values, group, n)}
+    columns |= {"peak": extreme, "residues": _residues_of_groups(molecule, few.atom, group, n)} | means
+    return {"region": np.arange(1, len(order) + 1)} | {
+        name: column[order] for name, column in columns.items()
+    }
 
-    def named(atoms: pd.Series) -> str:
-        labels = map(molecule.residue_label, np.unique(atoms)) if molecule else ()
-        return "; ".join(dict.fromkeys(labels))
 
-    points = surface.points[past]
-    links = np.column_stack(pairs_within(points, points, d_link))
-    found = rows.groupby(pieces(links, len(points))).agg(
-        area=("area", "sum"), dots=("area", "size"), mean=("value", "mean"), peak=("value", peak),
-        residues=("atom", named), **{axis: (axis, "mean") for axis in "xyz"},
-    ).sort_values("area", ascending=False, kind="stable", ignore_index=True)  # fmt: skip
-    found.insert(0, "region", found.index + 1)
-    return found[found["area"] >= min_area]
+def _residues_of_groups(molecule: Molecule | None, atom: np.ndarray, group: np.ndarray, n: int) -> np.ndarray:
+    """Return the labels of the residues of the dots of each of n groups, (n,) str."""
+    labels: list[dict[str, None]] = [{} for _ in range(n)]
+    if molecule is not None:
+        for k, of_dot in np.unique(np.column_stack([group, atom]), axis=0).tolist():
+            labels[k][molecule.residue_label(of_dot)] = None
+    return np.array(["; ".join(of_group) for of_group in labels], object)
 
 
 def _with_field(
@@ -123,5 +148,5 @@ def _with_field(
     if dots.molecule is None:
         listed = ", ".join(stored) or "none"
         raise InputError(f"regions: these dots carry no molecule, and no field {name!r}; theirs: {listed}.")
-    values: Any = fields(dots, [field], table=table, smooth=smooth, charges=charges)
-    return replace(dots, fields=values.to_dict("series"))
+    values = columns_of_fields(dots, names=[field], table=table, smooth=smooth, charges=charges)
+    return replace(dots, fields=values)

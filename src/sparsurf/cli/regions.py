@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 
-import sparsurf
 from sparsurf.api import writing
 from sparsurf.arguments import D_LINK
 from sparsurf.cli import options, outputs
@@ -51,21 +50,25 @@ def run(args: argparse.Namespace) -> None:
     """Write the table of regions, or the page that lists them."""
     outputs.check(args, FORMATS)
     surface, _ = options.read_dots(args, "remove")
+    from sparsurf.api.fields import columns_of_fields  # here: a missing file needs no numba
+    from sparsurf.api.regions import columns_of_regions
+
     field, values = args.field, options.given(args, *options.VALUES_OF_ATOMS)
     if surface.molecule is not None and (values or field not in surface.fields):
-        column = sparsurf.fields(surface, [field], **values).iloc[:, 0]
-        field = str(column.name)
-        surface = replace(surface, fields={field: column.to_numpy()})
-    table = sparsurf.regions(surface, field, **options.given(args, "above", "below", "min_area"))
+        columns = columns_of_fields(surface, names=[field], **values)
+        (field,) = columns
+        surface = replace(surface, fields=columns)
+    table = columns_of_regions(surface, field, **options.given(args, "above", "below", "min_area"))
+    n = len(table["region"])
     surface = replace(surface, fields={field: surface.fields[field]})
-    summary = f"{pluralise(len(table), 'region')}, {table['area'].sum():,.0f} Å^2"
+    summary = f"{pluralise(n, 'region')}, {table['area'].sum():,.0f} Å^2"
     if unknown := int(np.isnan(surface.fields[field]).sum()):
         summary += f"; {unknown:,} of {len(surface):,} dots have no value and are in no region"
     past = f"above {args.above:g}" if args.below is None else f"below {args.below:g}"
-    having = f"{'has' if len(table) == 1 else 'have'} a {field} {past}"
-    answer = f"{pluralise(len(table), 'region')} {having}, {table['area'].sum():,.0f} Å^2 in total"
-    if len(table) > 1:
-        answer += f"; the largest: {', '.join(f'{area:,.0f}' for area in table['area'].head(LARGEST))} Å^2"
+    having = f"{'has' if n == 1 else 'have'} a {field} {past}"
+    answer = f"{pluralise(n, 'region')} {having}, {table['area'].sum():,.0f} Å^2 in total"
+    if n > 1:
+        answer += f"; the largest: {', '.join(f'{area:,.0f}' for area in table['area'][:LARGEST])} Å^2"
     about = options.about(args, answer=f"{answer}.".replace("^2", "²"))
     writing.write_table(args.output, table, about=about, surface=surface)
     outputs.report(args, summary)

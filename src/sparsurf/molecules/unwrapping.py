@@ -243,10 +243,18 @@ def _contacts(xyz: np.ndarray, box: np.ndarray, links: np.ndarray) -> np.ndarray
 
 
 def pieces(links: np.ndarray, n: int) -> np.ndarray:
-    """Return the number of the piece that each of n points belongs to, (n,): points that links (L, 2) connect are one."""
-    from scipy.sparse.csgraph import connected_components
+    """Return the number of the piece that each of n points belongs to, (n,): points that links (L, 2) connect are one.
 
-    return np.asarray(connected_components(_graph(links, n), directed=False)[1])
+    The pieces are numbered in the order of their first points.
+    """
+    first, before = np.arange(n), np.empty(0, np.intp)  # of the piece of each point, as far as it is known
+    while not np.array_equal(first, before):
+        before = first.copy()
+        ends = before[links]
+        np.minimum.at(first, ends.ravel(), np.repeat(ends.min(axis=1), 2))
+        while (first[first] != first).any():
+            first = first[first]
+    return np.unique(first, return_inverse=True)[1]
 
 
 def _graph(links: np.ndarray, n_atoms: int) -> csr_array:

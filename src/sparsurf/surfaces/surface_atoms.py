@@ -417,16 +417,18 @@ def _cover(first: np.ndarray, holder: np.ndarray, n_atoms: int) -> np.ndarray:
     count, chosen = np.zeros(n_atoms, np.int64), np.zeros(n_atoms, np.bool_)
     for k in holder:
         count[k] += 1
-    begin = np.zeros(n_atoms + 1, np.int64)
-    begin[1:] = np.cumsum(count)
-    free, held = begin[:-1].copy(), np.empty(len(holder), np.int64)
+    # no cumsum, copy or flatnonzero: a stored kernel that calls them imports scipy.linalg when it is loaded
+    begin, free = np.zeros(n_atoms + 1, np.int64), np.empty(n_atoms, np.int64)
+    for k in range(n_atoms):
+        free[k], begin[k + 1] = begin[k], begin[k] + count[k]
+    held, is_left = np.empty(len(holder), np.int64), np.ones(len(first) - 1, np.bool_)
     for q in range(len(first) - 1):
         for slot in slots(first, q):
             held[free[holder[slot]]] = q
             free[holder[slot]] += 1
-    candidates, is_left = np.flatnonzero(count), np.ones(len(first) - 1, np.bool_)
+    candidates = [np.int64(k) for k in range(n_atoms) if count[k] > 0]
     while True:
-        best = candidates[0] if len(candidates) else -1
+        best = candidates[0] if candidates else np.int64(-1)
         for k in candidates:
             if count[k] > count[best]:
                 best = k

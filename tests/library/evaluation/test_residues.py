@@ -13,7 +13,7 @@ import pytest
 from conftest import ROOT
 from peptides import peptide, write
 from small_study import run_script
-from sparsurf.evaluation.residues import residue_table, roughness_over_frames
+from sparsurf.evaluation.residues import residue_table, roughness_over_frames, sum_by_group
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.settings import SurfaceSettings
 from sparsurf.surfaces.formats.colours import ROUGHNESS_LIMITS
@@ -43,6 +43,17 @@ def test_a_residue_has_the_mean_of_each_field(molecule, surface):
     for row in (1, 4):
         of_row = charge[molecule.residue_index[surface.atom] == row]
         assert np.isnan(of_row).any() and table["mean_charge"][row] == pytest.approx(np.nanmean(of_row))
+
+
+@pytest.mark.parametrize("is_sorted", [True, False])
+@pytest.mark.parametrize("has_nan", [True, False])
+def test_sums_of_groups_are_to_the_last_bit_those_of_pandas(is_sorted, has_nan):
+    rng = np.random.default_rng(0)
+    values, group = rng.normal(1, 1, 3000), rng.integers(0, 20, 3000) * 2
+    group = np.sort(group) if is_sorted else group
+    values[: 7 * has_nan] = np.nan
+    expected = pd.Series(values).groupby(group).sum().reindex(range(40), fill_value=0)
+    np.testing.assert_array_equal(sum_by_group(values, group, 40), expected)
 
 
 def test_table_says_what_a_loop_finds(molecule, surface):
