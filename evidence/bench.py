@@ -35,6 +35,7 @@ from threadpoolctl import threadpool_limits
 
 from measures.memory import peak_memory
 from measures.points import msms_program
+from sparsurf.api.frames import frames as areas_of_frames
 from sparsurf.api.points import points
 from sparsurf.api.surfaces import mesh
 from sparsurf.api.surfaces import surface as placed_surface
@@ -292,6 +293,13 @@ def measure_frames(table: Table, quick: bool) -> None:
 
     what, per = f"a frame of an ensemble, {molecule.n_atoms} atoms", 1 / molecule.n_frames
     table.time(what, None, frames, "s", per, None if quick else MAX_FRAME, once=True)
+    stride = 500 if quick else 10
+    read = partial(read_molecule, EMBEDDED, TRAJECTORY, stride=stride)
+    loaded = mdtraj.load(str(TRAJECTORY), top=str(EMBEDDED))[::stride]
+    what = f"of {len(loaded)} frames, {molecule.n_atoms} atoms"
+    table.time(f"exact areas {what}", None, lambda: areas_of_frames(read(), only_areas=True), once=True)
+    peer = partial(mdtraj.shrake_rupley, loaded, n_sphere_points=960, mode="residue")
+    table.time(f"areas by mdtraj's 960 points an atom {what}", None, peer, once=True)
 
 
 def measure_surfaces(table: Table, quick: bool) -> None:

@@ -150,6 +150,7 @@ ARGUMENTS = {
     "stride": Argument("every n-th frame is used", STRIDE, 1),
     "start": Argument("position of the first frame to use, from 0", FRAME, 0),
     "stop": Argument("position of the frame before which to stop (default: after the last frame)", FRAME),
+    "only_areas": Argument("measure the exact areas and contacts alone, without dots, in a fraction of the time", bool, False),
     "jobs": Argument("number of processes", JOBS, 1),
     "seed": Argument("seed of the random numbers", SEED, DEFAULT_SEED),
     "probe_radius": Argument("radius of the solvent probe, Å", PROBE, PROBE_RADIUS),

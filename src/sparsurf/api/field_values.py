@@ -63,14 +63,27 @@ def refuse_maps(fields: Sequence[FieldLike], function: str) -> None:
 
 
 def check_ranked_fields(
-    fields: FieldLike | Sequence[FieldLike], rank: FieldLike | None, function: str
+    fields: FieldLike | Sequence[FieldLike], rank: FieldLike | None, function: str, only_areas: bool = False
 ) -> tuple[tuple[FieldLike, ...], str]:
     """Return the fields of every frame, with the one that ranks residues, and the name of what ranks these.
 
-    Without a `rank`, this is their roughness. Raise InputError, in the name of a function, for what is no field of frames.
+    Without a `rank`, this is their roughness, or their accessible area where there are no dots. Raise InputError, in the name of
+    a function, for what is no field of frames.
     """
     rank = RANK if rank is None else rank
     chosen = check_fields(fields, function, of_residues=True)
+    if only_areas:
+        rank = EXACT_AREAS[0] if rank == RANK else rank
+        if chosen or rank not in EXACT_AREAS:
+            wrong = (
+                f"{argument('fields')} ask for dots"
+                if chosen
+                else f"{argument('rank')} is {rank!r}, which needs dots"
+            )
+            raise InputError(
+                f"{wrong}, and {argument('only_areas')} leaves these out: leave out one of both, or rank by "
+                f"{', '.join(EXACT_AREAS)}."
+            )
     refuse_maps(chosen, function)
     if not isinstance(rank, str) or rank not in RANKED_QUANTITIES:
         if not callable(rank) and not registry.has("field", rank):

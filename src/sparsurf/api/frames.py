@@ -40,7 +40,7 @@ from sparsurf.arguments import (
 from sparsurf.dot_fields.depth import depth_below, depth_of_residues
 from sparsurf.dot_fields.named_fields import FieldLike, compute_fields, names_of_fields
 from sparsurf.errors import InputError, naming_file
-from sparsurf.evaluation.frames import FrameSurface, surface_of_frame
+from sparsurf.evaluation.frames import FrameSurface, naming_frame, surface_of_frame
 from sparsurf.evaluation.ranking import rank_residues, why_none_is_ranked
 from sparsurf.evaluation.residues import residue_table
 from sparsurf.files import import_pyarrow
@@ -56,7 +56,7 @@ from sparsurf.streams import Streams
 from sparsurf.suggestions import public
 from sparsurf.surfaces.areas import areas_of_rolled, contacts_of_rolled
 from sparsurf.surfaces.components import columns_of_components, summarize_components, without_cavities
-from sparsurf.surfaces.molecular_surface import RolledFrame
+from sparsurf.surfaces.molecular_surface import RolledFrame, roll_frame
 from sparsurf.surfaces.radii import PROBE_RADIUS
 from sparsurf.surfaces.radii import radii as atomic_radii
 from sparsurf.surfaces.spacing import DENSITY
@@ -70,6 +70,7 @@ log = logging.getLogger("sparsurf")
 
 # So many frames are stored together, and at most so many are computed again after a stop.
 FRAMES_PER_PART = 10
+SUMMED_AREAS = ("accessible", "buried")  # of residues over a frame
 OF_FRAMES = ("xyz", "time_ps", "frame_number")  # arrays of a molecule with a row for each frame
 
 
@@ -120,6 +121,7 @@ class FramesRequest(NamedTuple):
     rank: str = RANK  # name of the quantity by which residues are ranked
     rank_by: Ranking = RANK_BY
     groups: Groups | None = None
+    only_areas: bool = False
 
     @property
     def names(self) -> list[str]:
@@ -129,7 +131,12 @@ class FramesRequest(NamedTuple):
     @property
     def columns(self) -> tuple[str, ...]:
         """Names of the columns of numbers of the table of residues."""
-        return (*RESIDUE_COLUMNS, *self.names)
+        return EXACT_AREAS if self.only_areas else (*RESIDUE_COLUMNS, *self.names)
+
+    @property
+    def frame_columns(self) -> tuple[str, ...]:
+        """Names of the columns of numbers of the table of frames."""
+        return SUMMED_AREAS if self.only_areas else FRAME_COLUMNS
 
     @property
     def ranked_column(self) -> str:
@@ -161,6 +168,7 @@ def frames(
     rank: FieldLike = ...,
     rank_by: Ranking = ...,
     groups: Groups | None = ...,
+    only_areas: bool = ...,
     jobs: int = ...,
 ) -> FrameTables: ...
 
@@ -181,6 +189,7 @@ def frames(
     rank: FieldLike = ...,
     rank_by: Ranking = ...,
     groups: Groups | None = ...,
+    only_areas: bool = ...,
     jobs: int = ...,
 ) -> Written: ...
 
@@ -201,6 +210,7 @@ def frames(
     rank: FieldLike = RANK,
     rank_by: Ranking = RANK_BY,
     groups: Groups | None = None,
+    only_areas: bool = False,
     jobs: int = 1,
 ) -> FrameTables | Written:
     """Measure the surface of every frame of a trajectory, and rank its residues by how much they change from frame to frame.
@@ -227,6 +237,9 @@ def frames(
         Whether the standard deviation over the frames counts, or the highest minus the lowest value (default 'sd').
     groups : str or sequence, optional
         Partners that bury each other, as in `areas`; atoms of no group are absent (default: each chain and each ligand).
+    only_areas : bool
+        Leave out the dots, and with them all columns but accessible, relative and buried, whose sums are the columns of frames;
+        residues are then ranked by one of these, by default the first (default False).
 
     Returns
     -------
@@ -248,7 +261,7 @@ def frames(
     """
     span = frames_between(start, stop, stride)
     rules = placement(probe_radius, "auto", radii, cavities)
-    request = frames_request("frames", rules, fields, rank, rank_by)._replace(groups=groups)
+    request = frames_request("frames", rules, fields, rank, rank_by, only_areas)._replace(groups=groups)
     if path is not None:
         parse_output(path, FORMATS)
         refuse_replacing(path, (molecule, trajectory), beside_frames(path))
@@ -276,13 +289,15 @@ def frames_request(
     fields: FieldLike | Sequence[FieldLike],
     rank: FieldLike | None,
     rank_by: Ranking | None,
+    only_areas: bool = False,
 ) -> FramesRequest:
     """Return what is requested of every frame, with the ranked field; raise InputError, in the name of a function, if wrong.
 
     Without a `rank`, residues are ranked by their roughness, and without `rank_by` by its standard deviation.
     """
-    chosen, name = check_ranked_fields(fields, rank, function)
-    return FramesRequest(rules, chosen, name, RANK_BY if rank_by is None else rank_by)
+    chosen, name = check_ranked_fields(fields, rank, function, only_areas)
+    rank_by = RANK_BY if rank_by is None else rank_by
+    return FramesRequest(rules, chosen, name, rank_by, only_areas=only_areas)
 
 
 def _all_tables(
@@ -301,7 +316,8 @@ def _all_tables(
 
 def _ranking(molecule: Molecule, request: FramesRequest, parts: Callable[[], Iterator[Part]]) -> pd.DataFrame:
     """Return the table of ranked residues of all frames, which `parts` yields whenever it is called."""
-    column, area = (request.columns.index(name) for name in (request.ranked_column, "area"))
+    of_size = EXACT_AREAS[0] if request.only_areas else "area"
+    column, area = (request.columns.index(name) for name in (request.ranked_column, of_size))
     table = rank_residues(
         molecule.residues,
         request.ranked_column,
@@ -365,25 +381,45 @@ def part_of_frames(molecule: Molecule, request: FramesRequest, first: int, last:
     rows, tables, contacts = [], [], [np.zeros((0, 3))]
     partners = partners_of_request(molecule, request)
     for position in range(first, last):
+        if request.only_areas:
+            with naming_frame(f"frames, frame {molecule.frame_number[position]}"):
+                rolled = roll_frame(molecule.xyz[position], atom_radii, request.rules)
+            areas = _exact_areas(molecule, position, rolled, partners)
+            tables.append(np.stack([areas[name] for name in EXACT_AREAS], axis=1))
+            rows.append([areas[name].sum() for name in SUMMED_AREAS])
+            contacts.append(_contacts_of_rolled(molecule, rolled, partners))
+            continue
         frame = surface_of_frame(
             molecule, position, atom_radii, settings, Streams(name="frames"), available_cores()
         )
         table = residues_of_frame(frame, request, atom_radii, request.columns, partners)
-        contacts.append(_contacts_of_frame(frame, partners))
+        contacts.append(_contacts_of_rolled(molecule, frame.rolled, partners))
         parts = summarize_components(columns_of_components(frame.surface, frame.rolled))
-        sums = {name: table[name].sum() for name in ("accessible", "buried")}
+        sums = {name: table[name].sum() for name in SUMMED_AREAS}
         columns = frame.columns | parts | sums | {"dots": len(frame.surface)}
-        rows.append([columns[name] for name in FRAME_COLUMNS])
+        rows.append([columns[name] for name in request.frame_columns])
         tables.append(table.to_numpy(float))
     return Part(np.array(rows, float), np.array(tables), np.concatenate(contacts))
 
 
-def _contacts_of_frame(frame: FrameSurface, partners: Partners) -> np.ndarray:
+def _contacts_of_rolled(molecule: Molecule, rolled: RolledFrame, partners: Partners) -> np.ndarray:
     """Return residue, partner and the area that the partner buries of it, (m, 3), in one frame."""
     if len(partners.names) == 1:
         return np.zeros((0, 3))
-    atom, partner, buried = contacts_of_rolled(frame.rolled, partners.number)
-    return sums_of_contacts(frame.molecule.residue_index[atom], partner, buried)
+    atom, partner, buried = contacts_of_rolled(rolled, partners.number)
+    return sums_of_contacts(molecule.residue_index[atom], partner, buried)
+
+
+def _exact_areas(
+    molecule: Molecule, position: int, rolled: RolledFrame, partners: Partners
+) -> dict[str, np.ndarray]:
+    """Return the exact areas of each residue in one frame by name, (R,), Å^2, and the relative one."""
+    if len(rolled.atom) < molecule.n_atoms:  # the probe rolls over one of several atoms in one place
+        refuse_overlapping_partners(molecule, partners, molecule.xyz[position].round(3))
+    areas, n = areas_of_rolled(rolled, partners.number), molecule.n_residues
+    sums = {name: np.bincount(molecule.residue_index, getattr(areas, name), n) for name in SUMMED_AREAS}
+    maxima = maximal_areas(molecule.residue_columns()["residue_name"].astype(str))
+    return sums | {"relative": sums["accessible"] / maxima}
 
 
 def residues_of_frame(
@@ -411,13 +447,8 @@ def residues_of_frame(
         table["depth"] = _depth(frame.rolled.surface(DENSITY), frame.rolled, molecule, xyz)
     if not {*EXACT_AREAS}.isdisjoint(columns):
         partners = partners_of_request(molecule, request) if partners is None else partners
-        # the probe rolls over one of several atoms in one place
-        if len(frame.rolled.atom) < molecule.n_atoms:
-            refuse_overlapping_partners(molecule, partners, xyz)
-        areas = areas_of_rolled(frame.rolled, partners.number)
-        for name in ("accessible", "buried"):
-            table[name] = np.bincount(molecule.residue_index, getattr(areas, name), len(table))
-        table["relative"] = table["accessible"] / maximal_areas(table["residue_name"].to_numpy(str))
+        for name, values_of_residues in _exact_areas(molecule, position, frame.rolled, partners).items():
+            table[name] = values_of_residues
     return table[[*columns]]
 
 
@@ -454,7 +485,7 @@ def _read_part(file: Path) -> Part:
 def _digests(molecule: Molecule, request: FramesRequest, bounds: list[tuple[int, int]]) -> Iterator[Any]:
     """Yield for each part a hash of all that its numbers follow from."""
     of_all = digest_of_arguments(
-        request.rules, request.columns, FRAME_COLUMNS, request.groups, fields=request.fields
+        request.rules, request.columns, request.frame_columns, request.groups, fields=request.fields
     )
     for name in (field.name for field in dataclasses.fields(molecule)):
         if name not in (*OF_FRAMES, "files"):
@@ -480,6 +511,7 @@ def _tables(
     of_residues |= {str(name): np.tile(labels[name].to_numpy(str), n) for name in labels}
     names = request.columns
     of_residues |= dict(zip(names, part.residues.reshape(-1, len(names)).T, strict=True))
-    of_frames: dict[str, Any] = head | dict(zip(FRAME_COLUMNS, part.frames.T, strict=True))
-    of_frames |= {name: of_frames[name].astype(np.int64) for name in ("components", "cavities", "dots")}
+    of_frames: dict[str, Any] = head | dict(zip(request.frame_columns, part.frames.T, strict=True))
+    counts = {"components", "cavities", "dots"} & of_frames.keys()
+    of_frames |= {name: of_frames[name].astype(np.int64) for name in counts}
     return pd.DataFrame(of_residues), pd.DataFrame(of_frames)

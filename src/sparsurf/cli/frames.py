@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import sparsurf
 from sparsurf import registry
 from sparsurf.api.replacing import beside_frames, path_of_frames
-from sparsurf.arguments import RANK_BY
+from sparsurf.arguments import ARGUMENTS, RANK_BY
 from sparsurf.cli import options, outputs
 from sparsurf.files import pluralise
 from sparsurf.molecules.formats import TOPOLOGY_LABELS
@@ -42,6 +42,10 @@ names) reads, or --groups. In the rows of a ligand, the column buried is what al
 of its partners bury of it in each frame, other ligands included; --groups A,B+LIG
 names the protein alone.
 
+--only-areas leaves out the dots: the tables then have the columns accessible,
+relative and buried of residues, the sums of frames, the contacts, and a ranking by
+one of these columns (accessible, unless --rank says otherwise).
+
 --start 100 --stop 500 uses the frames at the positions 100 to 499, and --stride 10
 every tenth of them.
 
@@ -52,6 +56,7 @@ needs pyarrow.
 examples:
   sparsurf frames protein.pdb --trajectory run.xtc -o run.csv
   sparsurf frames protein.pdb --trajectory run.xtc --jobs 4 -o run.parquet
+  sparsurf frames protein.pdb --trajectory run.xtc --only-areas -o run.csv
   sparsurf frames protein.pdb --trajectory run.xtc --rank area -o run.csv
   sparsurf frames protein.pdb --trajectory run.xtc --ligands all -o run.csv
   sparsurf frames top.pdb --trajectory run.xtc --start 100 --stop 500 -o run.csv
@@ -72,6 +77,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     options.add_ranking(parser)
     options.add_molecule(parser, with_frame=False)
     options.add_placement(parser)
+    parser.add_argument("--only-areas", action="store_true", default=None, help=ARGUMENTS["only_areas"].words)
     options.add(parser, "jobs", has_default=True)
 
 
@@ -81,9 +87,11 @@ def run(args: argparse.Namespace) -> None:
     from sparsurf.api.field_values import check_ranked_fields  # here: a mistake in the output needs no numpy
 
     fields = options.names_of_requested_fields(args)
-    _, rank = check_ranked_fields(fields, args.rank, "frames")  # before a trajectory is read
+    _, rank = check_ranked_fields(
+        fields, args.rank, "frames", bool(args.only_areas)
+    )  # before a trajectory is read
     molecule = options.read_atoms(args, {name: getattr(args, name) for name in ("stride", "start", "stop")})
-    ranking = options.given(args, "rank", "rank_by", "groups", "jobs")
+    ranking = options.given(args, "rank", "rank_by", "groups", "only_areas", "jobs")
     rules = options.placement_options(args)
     written = sparsurf.frames(molecule, path=args.output, fields=fields, **ranking, **rules)
     text = f"{pluralise(molecule.n_residues, 'residue')} in {pluralise(written.n_frames, 'frame')}"

@@ -119,7 +119,10 @@ def add(
     allowed: Any = parameter.allowed
     if allowed is bool:
         parser.add_argument(
-            f"--{name}", action=argparse.BooleanOptionalAction, default=None, help=meaning or parameter.words
+            f"--{name.replace('_', '-')}",
+            action=argparse.BooleanOptionalAction,
+            default=None,
+            help=meaning or parameter.words,
         )
         return
     checks = {"type": number_within(allowed)} if isinstance(allowed, Limits) else {"choices": allowed}

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -76,6 +78,15 @@ class FrameSurface:
         return mean_roughness_by_residue(outside, residue, self.molecule.n_residues)
 
 
+@contextmanager
+def naming_frame(where: str) -> Iterator[None]:
+    """Name the frame in an error."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(f"{where}: {error.args[0]}") from None  # str(error) has the names of a call
+
+
 def surface_of_frame(
     molecule: Molecule,
     position: int,
@@ -87,12 +98,10 @@ def surface_of_frame(
     """Place dots on one frame, by the sections `surface` and `patches` of the settings; an error names the frame."""
     number = int(molecule.frame_number[position])
     where = f"{streams.name}, frame {number}"
-    try:
+    with naming_frame(where):
         rolled = roll_frame(molecule.xyz[position], atom_radii, settings.surface)
         density, d_link = settings.surface.density, settings.patches.d_link
         surface, _ = rolled.surface_for_d_link(density, d_link, where)
-    except InputError as error:
-        raise InputError(f"{where}: {error.args[0]}") from None  # str(error) has the names of a call
     of_frame = replace(streams, name=f"{streams.name}/f{number}")
     return FrameSurface(
         molecule, position, rolled, PreparedSurface(surface, settings, None, of_frame, threads)

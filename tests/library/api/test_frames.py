@@ -65,6 +65,31 @@ def test_the_areas_of_a_frame_are_exact(seven):
     assert tables.frames["buried"].nunique() == 7 and (tables.frames["buried"] > 1).all()
 
 
+def test_areas_alone_are_those_beside_dots(seven, tmp_path):
+    tables, alone = sparsurf.frames(seven), sparsurf.frames(seven, only_areas=True)
+    columns = [*alone.residues]
+    assert columns[-3:] == ["accessible", "relative", "buried"] and [*alone.frames][2:] == [
+        "accessible",
+        "buried",
+    ]
+    pd.testing.assert_frame_equal(alone.residues, tables.residues[columns])
+    pd.testing.assert_frame_equal(alone.frames, tables.frames[[*alone.frames]])
+    pd.testing.assert_frame_equal(alone.contacts, tables.contacts)
+    by_area = sparsurf.frames(seven, rank="accessible").ranking
+    changing = ["residue", "mean", "sd", "range"]  # which of them is ranked depends on the area that is known
+    pd.testing.assert_frame_equal(
+        alone.ranking[changing].sort_values(changing, ignore_index=True),
+        by_area[changing].sort_values(changing, ignore_index=True),
+    )
+    assert command.main(["frames", str(seven), "--only-areas", "-q", "-o", str(tmp_path / "x.csv")]) == 0
+    written = pd.read_csv(tmp_path / "x.csv")
+    assert [*written] == columns
+    np.testing.assert_allclose(written["buried"], alone.residues["buried"], rtol=1e-8)
+    for wrong in ({"fields": "hydropathy"}, {"rank": "depth"}):
+        with pytest.raises(InputError, match="only_areas"):
+            sparsurf.frames(seven, only_areas=True, **wrong)
+
+
 def test_accessible_areas_follow_the_rule_of_cavities():
     """Against the area of dots at the centres of the probe, which fits into four cavities of the peptide."""
     molecule, exact, of_dots = sparsurf.read_molecule(TDP43 / "topology.pdb"), [], []
