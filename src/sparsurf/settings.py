@@ -323,7 +323,7 @@ class Minimal(Section):
         if isinstance(keys, dict) and "model" in keys and "reconstruction" not in keys:
             keys = {"reconstruction" if key == "model" else key: value for key, value in keys.items()}
             log.warning(
-                "minimal: write reconstruction: %s in place of model: %s, which version 7 will refuse.",
+                "minimal: write reconstruction: %s in place of model: %s, which version 8 will refuse.",
                 *[keys["reconstruction"]] * 2,
             )
         return keys

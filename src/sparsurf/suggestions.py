@@ -72,7 +72,7 @@ def public(
                 if old in keywords and new not in keywords:
                     keywords[new] = value = keywords.pop(old)
                     warnings.warn(
-                        f"{function.__name__}: write {new}={value!r} in place of {old}={value!r}, which version 7 will refuse.",
+                        f"{function.__name__}: write {new}={value!r} in place of {old}={value!r}, which version 8 will refuse.",
                         DeprecationWarning,
                         stacklevel=2,
                     )

@@ -179,7 +179,7 @@ def _molecule_first(function: F) -> F:
         second = values[1] if len(values) > 1 else keywords.get("molecule")
         if first is not None and second is not None and not has_atoms(first) and has_atoms(second):
             warnings.warn(
-                "residues: write residues(molecule, dots) in place of residues(dots, molecule), which version 7 will refuse.",
+                "residues: write residues(molecule, dots) in place of residues(dots, molecule), which version 8 will refuse.",
                 DeprecationWarning,
                 stacklevel=2,
             )

@@ -119,10 +119,7 @@ def add(
     allowed: Any = parameter.allowed
     if allowed is bool:
         parser.add_argument(
-            f"--{name.replace('_', '-')}",
-            action=argparse.BooleanOptionalAction,
-            default=None,
-            help=meaning or parameter.words,
+            f"--{name}", action=argparse.BooleanOptionalAction, default=None, help=meaning or parameter.words
         )
         return
     checks = {"type": number_within(allowed)} if isinstance(allowed, Limits) else {"choices": allowed}
@@ -155,7 +152,7 @@ class ModelOrNumber(StoreOnce):
     def __call__(self, parser: Any, namespace: Any, values: Any, option_string: Any = None) -> None:
         if values in MODELS:
             log.warning(
-                "write --reconstruction %s in place of --model %s, which version 7 will refuse.",
+                "write --reconstruction %s in place of --model %s, which version 8 will refuse.",
                 values,
                 values,
             )

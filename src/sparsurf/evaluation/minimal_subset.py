@@ -133,7 +133,7 @@ class Subset(Shown):
     def model(self) -> str:
         """The old name of `reconstruction`."""
         warnings.warn(
-            "Subset.model: write .reconstruction in its place, since version 7 will not have it.",
+            "Subset.model: write .reconstruction in its place, since version 8 will not have it.",
             DeprecationWarning,
             stacklevel=2,
         )

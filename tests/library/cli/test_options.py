@@ -100,7 +100,7 @@ OPTIONS = {
      "rank": "area"}},
     "frames": {"": {}, **{words: keys for words, keys in OF_ATOMS.items() if "frame" not in keys}, **HYDROPATHY, **PLACED,
      **CAGED, "--stride 2": {"stride": 2}, "--start 1 --stop 2": {"start": 1, "stop": 2}, **WITHIN_A,
-     "--rank hydropathy": {"rank": "hydropathy"}},
+     "--rank hydropathy": {"rank": "hydropathy"}, "--only-areas": {"only_areas": True}},
     "atoms": {"": {}, **OF_ATOMS, **PLACED, **CAGED},
     "areas": {"": {}, **OF_ATOMS, **PLACED, **RESIDUES, "--of chains": {"of": "chains"}, **WITHIN_A},
     "regions": {"": {}, **OF_ATOMS, **PLACED, **REENTRANT, "--field hydropathy": {"field": "hydropathy"},
@@ -321,7 +321,17 @@ def show(file, keys, out):
 
 def frames(file, keys, out):
     settings = some(
-        keys, "stride", "start", "stop", "fields", "probe_radius", "radii", "cavities", "rank", "groups"
+        keys,
+        "stride",
+        "start",
+        "stop",
+        "fields",
+        "probe_radius",
+        "radii",
+        "cavities",
+        "rank",
+        "groups",
+        "only_areas",
     )
     tables = sparsurf.frames(molecule_of(file, keys), **settings)
     return pd.concat([tables.residues, tables.ranking], ignore_index=True)
