@@ -8,7 +8,6 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 
 from sparsurf import registry
@@ -43,6 +42,7 @@ from sparsurf.surfaces.surface import Surface
 from sparsurf.threads import available_cores
 
 if TYPE_CHECKING:
+    import pandas as pd
     from numpy.typing import ArrayLike
 
 log = logging.getLogger("sparsurf")
@@ -305,6 +305,8 @@ def compare(
             | {"Z": z, "Z_se": z_se, "Z_uniform": other.mean(), "d": d, "d_se": d_se}
             | {"Z_empty": references["Z_empty"], "Z_mean_descriptor": references["Z_mean_descriptor"]}
         )
+    import pandas as pd  # here: it takes long to load
+
     return pd.DataFrame(rows, index=pd.Index(list(by_name), name="subset"))
 
 

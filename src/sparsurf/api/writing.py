@@ -95,7 +95,7 @@ class DotsToWrite:
     """
 
     surface: Surface
-    table: pd.DataFrame | Mapping[str, np.ndarray]
+    table: Mapping[str, np.ndarray]
     shown: str | None = None
     molecule: Any = None
     frame: int = 0
@@ -563,7 +563,7 @@ def _dots_of(result: Any, atoms: Molecule | None, frame: int, is_shown: bool) ->
         return DotsToWrite(result.surface, table, molecule=atoms, frame=frame, single=True)
     if is_subset(result):
         about = About(whole=_whole_of(result) if is_shown else None, notes=result.decision)
-        return DotsToWrite(result.surface, result.table, "weight", atoms, frame, about=about)
+        return DotsToWrite(result.surface, result.columns(), "weight", atoms, frame, about=about)
     if isinstance(result, Surface) and result.recovered is not None and atoms is None:
         return recovered_dots(result)
     if isinstance(result, Surface):
@@ -632,11 +632,8 @@ def _renamed(dots: DotsToWrite, names: Mapping[str, str]) -> DotsToWrite:
     if twice := [name for name in new.values() if [*new.values()].count(name) > 1]:
         raise InputError(f"write: names calls two fields {twice[0]!r}; give each a name of its own.")
     surface = replace(dots.surface, fields={new[name]: values for name, values in fields.items()})
-    if isinstance(dots.table, Mapping):
-        return replace(
-            dots, surface=surface, table={new.get(name, name): column for name, column in dots.table.items()}
-        )
-    return replace(dots, surface=surface, table=dots.table.rename(columns=new))
+    table = {new.get(name, name): column for name, column in dots.table.items()}
+    return replace(dots, surface=surface, table=table)
 
 
 def _molecule_of(dots: DotsToWrite) -> tuple[Molecule | None, int]:

@@ -93,7 +93,7 @@ def run(args: argparse.Namespace) -> None:
     about = options.about(args, whole=surface, notes=few.decision)
     shown = next(iter(few.surface.fields)) if args.fields else "weight"
     outputs.write_output(
-        args, writing.DotsToWrite(few.surface, few.table, shown, message=message, about=about)
+        args, writing.DotsToWrite(few.surface, few.columns(), shown, message=message, about=about)
     )
 
 

@@ -4,10 +4,12 @@ A Z below that of fresh dots does not mean a better description of the surface: 
 which it is compared. All dots are used on both sides.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pandas as pd
 
 from sparsurf import progress
 from sparsurf.evaluation.prepared_surface import PreparedSurface
@@ -16,6 +18,9 @@ from sparsurf.patches import descriptors
 from sparsurf.patches.index import build_index
 from sparsurf.recovery.interpolated_surface import interpolate_surface
 from sparsurf.surfaces.surface import Surface
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 SETS_OF_FRESH_DOTS = 10  # sets of fresh dots
 ROTATION_DECIMALS = 12  # Rotation matrices are rounded to so many decimals.
@@ -52,6 +57,8 @@ def fresh_dots(
 
 def floors_table(distances: np.ndarray) -> pd.DataFrame:
     """Tabulate what `fresh_dots` measured: floor, Z, se, low, high (95 %), draws, test_dots."""
+    import pandas as pd  # here: it takes long to load
+
     draws, test_dots = distances.shape
     mean = estimate(distances)
     ends = {"Z": mean.mean, "se": mean.error, "low": mean.low, "high": mean.high}

@@ -100,7 +100,13 @@ class Subset(Shown):
     @cached_property
     def table(self) -> pd.DataFrame:
         """Rows of minimal.csv: dot, x, y, z (Å), nx, ny, nz, weight, area (Å^2), spacing (Å), reach; with atoms their labels."""
-        return subset_table(self.dots, self.weight, self.surface, self.molecule)
+        import pandas as pd  # here: it takes long to load
+
+        return pd.DataFrame(self.columns())
+
+    def columns(self) -> dict[str, np.ndarray]:
+        """Return the columns of `table` by name."""
+        return subset_columns(self.dots, self.weight, self.surface, self.molecule)
 
     @property
     def points(self) -> np.ndarray:
@@ -363,19 +369,18 @@ def _n_s(request: Minimal, prepared: PreparedSurface) -> int | None:
     return request.n_dots
 
 
-def subset_table(
-    dots: NDArray[np.int64], weight: np.ndarray, kept: Surface, molecule: Molecule | None = None
-) -> pd.DataFrame:
-    """Return the rows of minimal.csv, with residues if the molecule is known; other arguments are parts of a `Subset`."""
-    import pandas as pd  # here: it takes long to load
-
-    table = pd.DataFrame({"dot": dots})
-    table[["x", "y", "z"]], table[["nx", "ny", "nz"]] = kept.points, kept.normals
-    table["weight"] = weight
+def subset_columns(
+    dots: np.ndarray, weight: np.ndarray, kept: Surface, molecule: Molecule | None = None
+) -> dict[str, np.ndarray]:
+    """Return the columns of minimal.csv, with residues if the molecule is known; other arguments are parts of a `Subset`."""
+    columns: dict[str, np.ndarray] = {"dot": dots}
+    columns |= zip(("x", "y", "z", "nx", "ny", "nz"), [*kept.points.T, *kept.normals.T], strict=True)
+    columns["weight"] = weight
     if np.isfinite(kept.area).all():
-        table["area"] = kept.area
-    table["spacing"] = dot_spacing(kept.points, kept.normals)
-    table["reach"] = REACH
+        columns["area"] = kept.area
+    columns["spacing"] = dot_spacing(kept.points, kept.normals)
+    columns["reach"] = np.full(len(kept), REACH)
     if kept.reconstruction is not None:
-        table = table.assign(**kept.reconstruction.columns)
-    return table if molecule is None else table.join(molecule.labels(kept.atom))
+        for name, value in kept.reconstruction.columns.items():
+            columns[name] = np.full(len(kept), value, object if isinstance(value, str) else None)
+    return columns if molecule is None else columns | molecule.label_columns(kept.atom)

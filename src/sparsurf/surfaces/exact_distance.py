@@ -200,7 +200,10 @@ def _write_heights(
     The way from a position in no sphere to the nearest sphere is free, so that the nearest place there tells about cavities.
     """
     centre, reach = rolling.atoms.centre, rolling.atoms.reach
-    certain = grid.lattice.side - reach.max()  # no sphere beyond the side of the grid is nearer than this
+    largest = 0.0  # not `reach.max()`, for which numba loads scipy.linalg
+    for radius in reach:
+        largest = max(largest, radius)
+    certain = grid.lattice.side - largest  # no sphere beyond the side of the grid is nearer than this
     for n in range(len(positions)):
         position, nearest, height = point(positions, n), -1, certain
         columns = columns_around(grid.lattice, position, grid.lattice.side)

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from sparsurf.errors import InputError
-from sparsurf.evaluation.minimal_subset import subset_table
+from sparsurf.evaluation.minimal_subset import subset_columns
 from sparsurf.messages import no_warnings
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.read_molecule import read_molecule
@@ -52,10 +52,9 @@ def export_structure(run: str, name: str, folder: str | Path) -> str:
         atom=dots["atom"].to_numpy(),
         fields={name: dots[name].to_numpy(float) for name in fields},
     )
-    table = subset_table(dots["dot"].to_numpy(), dots["weight"].to_numpy(), kept, molecule)
-    table = table.assign(**kept.fields)
+    table = subset_columns(dots["dot"].to_numpy(), dots["weight"].to_numpy(), kept, molecule) | kept.fields
     write_csv(folder / "minimal.csv", table, fields)
-    columns = {key: table[key].to_numpy(float) for key in ("spacing", "reach")} | kept.fields
+    columns = {key: table[key] for key in ("spacing", "reach")} | kept.fields
     write_ply(folder / "minimal.ply", kept, scale_of("weight", table["weight"]), columns)
     residues.to_csv(folder / "residues.csv", index=False)
     roughness = np.nan_to_num(residues["mean_roughness"].to_numpy(float), nan=B_FACTOR_OF_BURIED)

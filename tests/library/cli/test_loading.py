@@ -68,7 +68,7 @@ MAY_LOAD = {
     "points p.pdb -n 20 -o x.csv": "",
     "atoms p.pdb -o x.pdb": "",
     "regions p.pdb --field hydropathy --above 1 --min-area 1 -o x.csv": "pydantic",
-    "minimal p.pdb --percent 20 -o x.csv": "pandas pydantic scipy.linalg scipy.spatial numba.np.arraymath",
+    "minimal p.pdb --percent 20 -o x.csv": "pydantic",
     "show p.pdb --no-open -o x.html": "pandas pydantic jinja2",
 }
 

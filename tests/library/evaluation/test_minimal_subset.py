@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 
 from peptides import peptide, write
 from sparsurf.errors import InputError
-from sparsurf.evaluation.minimal_subset import represent, subset_table
+from sparsurf.evaluation.minimal_subset import represent, subset_columns
 from sparsurf.evaluation.residues import residue_table
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.patches.index import build_index
@@ -70,8 +70,8 @@ def test_the_subset_has_the_rows_of_its_dots(found, dots, molecule):
     assert few.table["reach"].eq(1).all() and few.table["dot"].tolist() == few.dots.tolist()
     assert few.table["atom"].tolist() == dots.atom[few.dots].tolist()
     assert few.table["atom_name"].tolist() == molecule.name[dots.atom[few.dots]].tolist()
-    assert list(subset_table(few.dots, few.weight, few.surface)) == [*names, *said]
-    assert list(subset_table(few.dots, few.weight, Surface(few.points, few.normals))) == [
+    assert list(subset_columns(few.dots, few.weight, few.surface)) == [*names, *said]
+    assert list(subset_columns(few.dots, few.weight, Surface(few.points, few.normals))) == [
         name for name in names if name != "area"
     ]
 
