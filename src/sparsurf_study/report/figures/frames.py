@@ -96,24 +96,32 @@ def _clusters(
     ax.set_title("colours: clusters, ringed: chosen frames")
     ax.margins(0.1)
     if len(names) <= MAX_NAMED_CONFORMATIONS:
-        _name_points(ax, plane[chosen], names)
+        _name_points(ax, plane, plane[chosen], names)
 
 
-def _name_points(ax: Axes, points: np.ndarray, names: Sequence[str]) -> None:
-    """Write each name at the nearest position free of other names and chosen points."""
-    inside, dots = ax.get_window_extent(), ax.transData.transform(points)
+def _name_points(ax: Axes, plane: np.ndarray, points: np.ndarray, names: Sequence[str]) -> None:
+    """Write each name where it hides the fewest frames, at the nearest such position free of other names and chosen points."""
+    inside, dots, frames = (
+        ax.get_window_extent(),
+        ax.transData.transform(points),
+        ax.transData.transform(plane),
+    )
     offsets = [(far, angle) for far in (8, 14, 22, 32) for angle in np.radians(np.arange(45, 405, 45))]
     taken: list[Bbox] = []
     for point, name in zip(points, names, strict=True):
+        free: list[tuple[int, float, float, Bbox]] = []
         for far, angle in offsets:
             annotation = _annotate(ax, name, point, far, angle)
             box = annotation.get_window_extent()
+            annotation.remove()
             inner = inside.fully_containsx(box.x0) and inside.fully_containsx(box.x1)
             inner = inner and inside.fully_containsy(box.y0) and inside.fully_containsy(box.y1)
             if inner and not box.count_contains(dots) and not box.count_overlaps(taken):
-                taken.append(box)
-                break
-            annotation.remove()  # without a free position there is no name
+                free.append((box.count_contains(frames), far, angle, box))
+        if free:  # without a free position there is no name
+            _, far, angle, box = min(free, key=lambda place: place[:2])
+            taken.append(box)
+            _annotate(ax, name, point, far, angle)
 
 
 def _annotate(ax: Axes, name: str, point: np.ndarray, far: float, angle: float) -> Annotation:
