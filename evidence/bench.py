@@ -82,6 +82,7 @@ COMMANDS = (
     "residues {} -o residues.csv",
     "atoms {} -o atoms.xyzr",
     "points {} -n 512 -o points.npz",
+    "regions {} --field hydropathy --above 1 -o regions.csv",
     "roughness {} -o roughness.npz",
     "minimal {} --percent 10 -o minimal.npz",
     "show {} -o page.html --no-open",

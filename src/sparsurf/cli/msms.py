@@ -12,11 +12,11 @@ import time
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
 from sparsurf.arguments import DENSITY_LIMITS, PROBE
 from sparsurf.errors import InputError, printable
-from sparsurf.garbage_collection import collect_rarely
+from sparsurf.garbage_collection import collect_rarely, end_process
 from sparsurf.version import __version__
 
 if TYPE_CHECKING:
@@ -124,8 +124,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         collect_rarely()
     command_line = list(arguments)
     started = time.process_time()
-    print(f"MSMS 2.6.1 replaced by sparsurf {__version__}")
     try:
+        print(f"MSMS 2.6.1 replaced by sparsurf {__version__}")
         given = parse(command_line)
         if "if" not in given:
             print("MSMS: No input stream specified")
@@ -149,6 +149,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return MSMS_FAILED
     print(f"MSMS terminated normally\nTotal Time user: {time.process_time() - started:.2f}")
     return 0
+
+
+def run() -> NoReturn:
+    """Triangulate in a process of its own, which then ends at once."""
+    end_process(main())
 
 
 def _usage() -> str:
