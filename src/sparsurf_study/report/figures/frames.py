@@ -106,7 +106,9 @@ def _name_points(ax: Axes, plane: np.ndarray, points: np.ndarray, names: Sequenc
         ax.transData.transform(points),
         ax.transData.transform(plane),
     )
-    offsets = [(far, angle) for far in (8, 14, 22, 32) for angle in np.radians(np.arange(45, 405, 45))]
+    offsets = [
+        (far, angle) for far in (8.0, 14.0, 22.0, 32.0) for angle in np.radians(np.arange(45, 405, 45))
+    ]
     taken: list[Bbox] = []
     for point, name in zip(points, names, strict=True):
         free: list[tuple[int, float, float, Bbox]] = []

@@ -29,7 +29,7 @@ def draw(results: Results) -> Figure:
 
 @styled
 def figure(grid: pd.DataFrame, name: str = "") -> Figure:
-    """Draw n_S against delta, a line per gamma, a panel per (alpha, beta); rows that hardly change are named alone."""
+    """Draw n_S against delta, a line per gamma, a panel per (alpha, beta); rows that change little are named alone."""
     grid = grid.assign(expected=grid.n_S_expected * grid.n_S_percent / grid.n_S).sort_values("delta")
     grid, flat = _without_flat(grid)
     alphas, betas, gammas = (np.unique(grid[p]) for p in ("alpha", "beta", "gamma"))
