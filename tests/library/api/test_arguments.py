@@ -93,6 +93,7 @@ CALLS = [
         "stride": 2, "fields": ["hydropathy"], "probe_radius": 1.6, "radii": "bondi"}),
     ("frames", lambda g, **k: sparsurf.frames(g.pdb, **k).ranking, {}, {"rank": "area"}),
     ("frames", lambda g, **k: sparsurf.frames(g.pdb, **k).residues, {}, {"groups": "A:1-2+A:3-5,B"}),
+    ("frames", lambda g, **k: sparsurf.frames(g.pdb, **k).residues, {}, {"only_areas": True}),
     ("frames", lambda g, **k: sparsurf.frames(PROTEIN, **k), {}, {"cavities": "remove"}),
     ("frames", lambda g, **k: sparsurf.frames(PROTEIN, **k), {"stride": 700}, MOVING),
     ("frames", lambda g, **k: sparsurf.frames(PROTEIN, **k), {"stride": 700} | MOVING, {"start": 700, "stop": 700}),
