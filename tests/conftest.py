@@ -123,20 +123,31 @@ def make_blob(n, seed=5):
     return points[order], normals[order]
 
 
+# The files whose tests run whole studies or build packages, by the worker of the three of `make test` that begins with them
+LONG = (
+    ("test_slurm.py", "test_runs.py"),
+    ("test_extending.py", "test_every_rule.py"),
+    ("test_package.py", "test_documented_workflows.py", "test_simulation.py"),
+)
+
+
 @pytest.hookimpl(tryfirst=True)  # before -m selects
 def pytest_collection_modifyitems(items):
-    """Whole studies first, and before them the one that mostly waits; what reads the finished small study last.
+    """Each worker begins with long tests; what reads the finished small study comes last.
 
-    The other tests fill the time that the studies take, so that no worker waits for one.
+    `--dist worksteal` gives a third of the list to each worker, and who has finished takes tests from the end of another third.
+    So the others fill the time that the long ones take, and no two workers share a fixture that takes minutes.
     """
-    first = ["test_slurm.py", "test_every_rule.py", "test_runs.py", "test_simulation.py"]
-
-    def place(item):
-        if item.path.name in first:
-            return first.index(item.path.name)
-        return len(first) + ("study" in item.fixturenames)
-
-    items.sort(key=place)
+    long = [[item for name in names for item in items if item.path.name == name] for names in LONG]
+    named = {name for names in LONG for name in names}
+    others = sorted(
+        (item for item in items if item.path.name not in named), key=lambda item: "study" in item.fixturenames
+    )
+    ordered, size = [], -(-len(items) // len(LONG))
+    for part in long:
+        n = max(0, size - len(part))
+        ordered, others = [*ordered, *part, *others[:n]], others[n:]
+    items[:] = ordered + others
     for item in items:
         if not SLOW_FIXTURES.isdisjoint(item.fixturenames):
             item.add_marker(pytest.mark.slow)
