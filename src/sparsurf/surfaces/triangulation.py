@@ -142,7 +142,7 @@ def _divisions(pieces: Pieces, groups: np.ndarray, spacing: float) -> np.ndarray
 
 @njit()
 def _nearest_of_three(position: Vector, rolling: Rolling, q: int) -> int:
-    """Return the atom of a steep probe that is nearest to a position, to which dots there belong."""
+    """Return the atom of a fixed probe that is nearest to a position, to which dots there belong."""
     owner = rolling.triple[q, 0]
     for c in range(1, 3):
         other = rolling.triple[q, c]
@@ -626,7 +626,8 @@ def triangulate(pieces: Pieces, rolled: Rolled, spacing: float) -> Triangles | N
     n = _divisions(pieces, groups, spacing)
     in_doubt = np.ones(len(pieces.face_kind), bool)
     of_direction = np.repeat(np.arange(len(pieces.face_kind)), np.diff(pieces.loop_start[pieces.face_start]))
-    for attempt in range(MAX_DIVISIONS):
+    found = None
+    for _ in range(MAX_DIVISIONS):
         count = np.where(pieces.ends[:, 0] < 0, n, n - 1)
         divided = _Divided(n, len(pieces.vertices) + np.cumsum(count) - count)
         n_points = len(pieces.vertices) + int(count.sum())
@@ -638,11 +639,11 @@ def triangulate(pieces: Pieces, rolled: Rolled, spacing: float) -> Triangles | N
         if not marked.any():
             made, is_possible = _fill_faces(pieces, rolling, probe, divided, spacing, points, n_points)
             if not is_possible:
-                return None
+                break
             found = _labelled(pieces, rolling, probe, made, kind, atom)
             crosses = crossing_triangles(found.points, found.normals, found.triangles)
-            if not crosses.any() or attempt == MAX_DIVISIONS - 1:
-                return found
+            if not crosses.any():
+                break
             thin = np.zeros(len(pieces.face_kind), bool)  # films, which the chords of their borders leave
             thin[made.triangles[: made.n[1]][crosses, 3]] = True
             marked[pieces.loop_edges[thin[of_direction]] // 2] = True
@@ -650,7 +651,7 @@ def triangulate(pieces: Pieces, rolled: Rolled, spacing: float) -> Triangles | N
         n = np.where(is_divided, 2 * n, n)
         in_doubt[:] = False
         in_doubt[of_direction[is_divided[pieces.loop_edges // 2]]] = True
-    return None
+    return found
 
 
 def _labelled(
@@ -821,10 +822,10 @@ def _without_crossing(fine: _HalfEdges, rolled: Rolled, spacing: float, n: int |
     """
     steep, best, fewest = np.zeros(len(fine.made.points), bool), None, 0
     for attempt in range(MAX_ATTEMPTS):
-        if attempt > 0:
-            fine = _without_slivers(fine.made, steep) or fine
+        half_edges = _without_slivers(fine.made, steep) if attempt else fine
+        assert half_edges is not None  # these triangles close
         try:
-            mesh = _reduced(fine, rolled, n, steep)
+            mesh = _reduced(half_edges, rolled, n, steep)
         except InputError:
             if best is None:
                 raise
@@ -845,8 +846,8 @@ def _without_crossing(fine: _HalfEdges, rolled: Rolled, spacing: float, n: int |
 
 
 def _reduced(fine: _HalfEdges, rolled: Rolled, n: int | None, steep: np.ndarray) -> Mesh:
-    """Return the mesh of triangles, reduced to n vertices if given."""
-    made, (origin, twin, dead) = fine.made, (values.copy() for values in fine[1:4])
+    """Return the mesh of triangles, which are reduced in place to n vertices if given."""
+    made, origin, twin, dead, _ = fine
     unknown = np.zeros(len(made.points))  # areas, which follow from the triangles
     vertices = Surface(made.points + rolled.origin, made.normals, unknown, made.kind, rolled.atom[made.atom])
     if n is None:

@@ -79,7 +79,7 @@ def test_distances_are_those_of_all_places_tried_one_by_one(spheres):
     distance = exact_distance(points, roll_spheres(xyz, radii, PROBE))
     assert np.abs(distance - expected).max() < 1e-6
     for sign in (expected < -1.5, expected > PROBE, (expected > 0) & (expected < PROBE)):
-        assert sign.sum() > 3  # each kind of place was tried
+        assert sign.sum() > 10  # each kind of place was tried
     capped = exact_distance(points, roll_spheres(xyz, radii, PROBE), deepest=0.7)
     assert np.abs(capped - np.maximum(expected, -0.7)).max() < 1e-6
 

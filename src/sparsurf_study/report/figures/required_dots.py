@@ -31,25 +31,7 @@ ERRORS_DRAWN = {
 }  # the columns of recovered.csv
 SPAN = 0.1, 3.0  # dots per Å^2 at least shown
 DENSITIES = [0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5]  # ticks, dots per Å^2
-DISTANCES = [
-    1e-5,
-    2e-5,
-    5e-5,
-    1e-4,
-    2e-4,
-    5e-4,
-    0.001,
-    0.002,
-    0.005,
-    0.01,
-    0.02,
-    0.05,
-    0.1,
-    0.2,
-    0.5,
-    1,
-    2,
-]  # ticks, Å
+DISTANCES = [digit * 10.0**k for k in range(-5, 1) for digit in (1, 2, 5)]  # ticks, Å
 MARKERS: dict[str, Any] = {
     "linestyle": "none",
     "zorder": 3,
