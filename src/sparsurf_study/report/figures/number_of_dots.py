@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from sparsurf_study.report.figures.results import Results
 
 SIMULATED_STYLE: dict[str, Any] = {"marker": "o", "markersize": 1.8, "linestyle": ""}
-FLAT = 8.0  # % of the dots, by which n_S changes at most in a row that looks flat
 SINGLE_PANEL = 74.0, 50.0  # mm, of a figure with one panel
 
 
@@ -29,9 +28,8 @@ def draw(results: Results) -> Figure:
 
 @styled
 def figure(grid: pd.DataFrame, name: str = "") -> Figure:
-    """Draw n_S against delta, a line per gamma, a panel per (alpha, beta); rows that change little are named alone."""
+    """Draw n_S against delta, a line per gamma, a panel per (alpha, beta)."""
     grid = grid.assign(expected=grid.n_S_expected * grid.n_S_percent / grid.n_S).sort_values("delta")
-    grid, flat = _without_flat(grid)
     alphas, betas, gammas = (np.unique(grid[p]) for p in ("alpha", "beta", "gamma"))
     deltas, shape = np.unique(grid.delta), (len(alphas), len(betas))
     pitch = min(SINGLE_PANEL[0] if shape == (1, 1) else 39.0, 164 / len(betas))
@@ -41,8 +39,7 @@ def figure(grid: pd.DataFrame, name: str = "") -> Figure:
     key = -(-len(lines) // 4) if shape == (1, 1) else 1 + (len(lines) > 8)  # rows of the legend
     top = 10 + 4 * key
     wide = max(20 + (size[0] + gap[0]) * shape[1], 72 + 17 * min(6, len(gammas)) if shape != (1, 1) else 0)
-    height = top + (size[1] + gap[1]) * shape[0] + 8
-    figure = layout.sheet(min(PAGE_WIDTH, wide), height + (5 if flat else 0), name)
+    figure = layout.sheet(min(PAGE_WIDTH, wide), top + (size[1] + gap[1]) * shape[0] + 8, name)
     margin = 0.05 * max(np.ptp(deltas), 1)
     tiles = layout.Tiles(
         figure, 12, top, shape, size, gap, (deltas[0] - margin, deltas[-1] + margin), (0, 102)
@@ -57,22 +54,7 @@ def figure(grid: pd.DataFrame, name: str = "") -> Figure:
     bottom = top + (size[1] + gap[1]) * shape[0]
     layout.text(figure, 2, (top + bottom) / 2, "$n_S$ (% of the dots)", rotation=90, va="center")
     layout.text(figure, 11 + (size[0] + gap[0]) * shape[1] / 2, bottom + 1.5, "δ", ha="center")
-    if flat:
-        layout.text(figure, 12, height, flat)
     return figure
-
-
-def _without_flat(grid: pd.DataFrame) -> tuple[pd.DataFrame, str]:
-    """Return the rows of the values of alpha under which n_S changes, and a sentence on the others; all if it does under none."""
-    percent = grid.groupby("alpha")["n_S_percent"]
-    is_flat = percent.max() - percent.min() < FLAT
-    left_out = is_flat.index[is_flat]
-    if len(left_out) in (0, len(is_flat)):
-        return grid, ""
-    rows = grid[grid["alpha"].isin(left_out)]
-    low, high = rows["n_S_percent"].min(), rows["n_S_percent"].max()
-    named = ", ".join(f"{alpha:g}" for alpha in left_out)
-    return grid.drop(rows.index), f"α = {named}: $n_S$ = {low:.1f} to {high:.1f} % of the dots in all panels"
 
 
 def _draw(
