@@ -37,6 +37,7 @@ from measures.memory import peak_memory
 from measures.points import msms_program
 from sparsurf.api.frames import frames as areas_of_frames
 from sparsurf.api.points import points
+from sparsurf.api.show import show
 from sparsurf.api.surfaces import mesh
 from sparsurf.api.surfaces import surface as placed_surface
 from sparsurf.errors import InputError
@@ -129,6 +130,7 @@ MAX_DESCRIPTOR, MAX_ROBUST = {0.05: 8, 0.2: 15, 0.5: 15, 1.0: 15}, 60  # by the 
 MAX_GRID = {100: 4, 1000: 25}  # by the test dots of the full grid
 MAX_PAIR = {720: None, 14_400: 8, 50_000: 120}  # by the dots of each partner
 MAX_FRAME = 0.25  # one frame of an ensemble of 953 atoms
+MAX_PAGE_OF_FRAMES = 20  # of 91 frames of 953 atoms
 MAX_MESH = 1.5  # over the process of MSMS, which also reads and writes files
 MAX_READ_POINTS, MAX_POINTS = 1.5, 1.8  # points over their surface, with and without reading
 MAX_GROWTH = 1.1  # cost of an atom over that in a molecule of 4,000 atoms
@@ -301,6 +303,9 @@ def measure_frames(table: Table, quick: bool) -> None:
     table.time(f"exact areas {what}", None, lambda: areas_of_frames(read(), only_areas=True), once=True)
     peer = partial(mdtraj.shrake_rupley, loaded, n_sphere_points=960, mode="residue")
     table.time(f"areas by mdtraj's 960 points an atom {what}", None, peer, once=True)
+    if not quick:
+        page = partial(show, EMBEDDED, trajectory=TRAJECTORY, open_browser=False)
+        table.time("the page of a trajectory, of 91 frames", None, page, most=MAX_PAGE_OF_FRAMES, once=True)
 
 
 def measure_surfaces(table: Table, quick: bool) -> None:

@@ -19,12 +19,13 @@ from sparsurf.api.surfaces import placement
 from sparsurf.api.surroundings import contacts_on_page, drawn_without_surface, with_surroundings
 from sparsurf.arguments import D_LINK, Ranking
 from sparsurf.errors import InputError, argument
-from sparsurf.evaluation.frames import surface_of_frame
+from sparsurf.evaluation.frames import naming_frame, surface_of_frame
 from sparsurf.molecules.conformations import superpose
+from sparsurf.orientation import best_rotations
 from sparsurf.progress import Progress, duration
 from sparsurf.settings import Settings
 from sparsurf.streams import Streams
-from sparsurf.surfaces.molecular_surface import density_for_d_link
+from sparsurf.surfaces.molecular_surface import density_for_d_link, roll_frame
 from sparsurf.surfaces.radii import radii
 from sparsurf.threads import available_cores, parallel_map
 
@@ -33,12 +34,13 @@ if TYPE_CHECKING:
 
     from sparsurf.dot_fields.named_fields import FieldLike
     from sparsurf.molecules.molecule import Molecule
+    from sparsurf.surfaces.mesh import Mesh
     from sparsurf.views.page.shapes import DrawnAtoms, Shape
 
 NAME_IN_ERRORS = "show"
 FRAMES_PER_CORE = 2  # A batch, after which progress is counted, has so many frames for each core.
 PS_PER_NS = 1000
-DENSITY_OF_FRAMES = 0.9  # corners per Å^2
+DENSITY_OF_FRAMES = 0.85  # corners per Å^2
 
 
 class ShownFrame(NamedTuple):
@@ -176,21 +178,30 @@ def shown_frame(
 ) -> ShownFrame:
     """Compute what a page shows of a frame, at the positions `drawn`, (A, 3): its surface and its residues."""
     from sparsurf.surfaces.thinning import PICTURED, coarsened
-    from sparsurf.surfaces.triangulation import molecular_mesh
+    from sparsurf.surfaces.triangulation import mesh_of_rolled
     from sparsurf.views.page.shapes import Shape
 
-    settings = Settings().model_copy(update={"surface": request.rules})
+    rules, xyz = request.rules, molecule.xyz[position]
+    settings = Settings().model_copy(update={"surface": rules})
     frame = surface_of_frame(molecule, position, atom_radii, settings, Streams(name=NAME_IN_ERRORS))
-    probe, cavities = request.rules.probe_radius, request.rules.cavities
-    try:
-        mesh = molecular_mesh(drawn[: molecule.n_atoms].round(3), atom_radii, probe, PICTURED, cavities)
-    except InputError as error:
-        raise InputError(
-            f"{NAME_IN_ERRORS}, frame {int(molecule.frame_number[position])}: {error.args[0]}"
-        ) from None
+    with naming_frame(f"{NAME_IN_ERRORS}, frame {int(molecule.frame_number[position])}"):
+        rolled = frame.rolled
+        if not rolled.exact:
+            rolled = roll_frame(xyz, atom_radii, replace(rules, reentrant="exact"))
+        mesh = coarsened(mesh_of_rolled(rolled, PICTURED), DENSITY_OF_FRAMES)
     columns = dict.fromkeys(("area", "mean_roughness", request.ranked_column))
     residues = residues_of_frame(frame, request, atom_radii, [*columns])
-    return ShownFrame(Shape(coarsened(mesh, DENSITY_OF_FRAMES), atoms.placed(drawn)), residues)
+    moved = _moved(mesh, xyz.astype(float), drawn[: molecule.n_atoms])
+    return ShownFrame(Shape(moved, atoms.placed(drawn)), residues)
+
+
+def _moved(mesh: Mesh, xyz: np.ndarray, drawn: np.ndarray) -> Mesh:
+    """Return the mesh of atoms at `xyz` (A, 3), Å, as it lies where these are drawn."""
+    middle, target = xyz.mean(axis=0), drawn.mean(axis=0)
+    rotation, _ = best_rotations((xyz - middle).T @ (drawn - target))
+    points, normals = mesh.vertices.points, mesh.vertices.normals
+    moved = replace(mesh.vertices, points=(points - middle) @ rotation + target, normals=normals @ rotation)
+    return replace(mesh, vertices=moved)
 
 
 def label_of_frame(molecule: Molecule, position: int) -> str:

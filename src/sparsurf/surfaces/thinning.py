@@ -28,7 +28,7 @@ from sparsurf.surfaces.triangulation import molecular_mesh
 from sparsurf.surfaces.vectors import dot, point
 
 DENSITY_OF_PICTURES = 1.2  # vertices per Å^2
-PICTURED = MeshSize(step=1.7)  # about as coarse as the pieces of a surface allow
+PICTURED = MeshSize(step=1.39)  # the coarsest for which no edge is collapsed with care
 EDGES_PER_AREA = 0.43  # density of a coarsened mesh, in vertices on the squared length of the edges that go
 PASSES = (0.5, 0.7, 0.85, 1.0)  # of the length of an edge: short edges go first
 MIN_FACING = 0.3  # cosine of a new triangle with the normals of its corners
