@@ -206,7 +206,10 @@ def components(
             target.origin.refuse_molecule("components", atoms, frame)
         component = target.known_components("components")
     elif source is molecule:
-        raise InputError("components: these dots carry no molecule; pass it first, then the dots.")
+        raise InputError(
+            "components: these dots carry no molecule, as those of a file, or lie on the accessible surface, which has no "
+            "components; pass the molecule first, then dots of its excluded surface."
+        )
     else:
         _, xyz, atom_radii = as_spheres(molecule, 0, "dms")
         if not 0 <= target.atom.min() <= target.atom.max() < len(atom_radii):

@@ -72,7 +72,7 @@ REFUSED = {  # what is called with: the dots of the blob, them prepared, or the 
         (lambda d: sparsurf.surface(3), "an int is not a molecule"),
         (lambda d: sparsurf.surface(PEPTIDE, frame=5), "the molecule has one frame, 0: there is no frame 5."),
         (lambda d: sparsurf.components(PEPTIDE, d), "components: the dots are not those of the molecule"),
-        (lambda d: sparsurf.components(Surface(*d)), "components: these dots carry no molecule; pass it first"),
+        (lambda d: sparsurf.components(Surface(*d)), "components: these dots carry no molecule, as those of a file"),
         *((lambda d, f=f: f(Surface(*d)), f"{f.__name__}: these dots carry no molecule; give it before them")
           for f in (sparsurf.fields, sparsurf.residues)),
         *((lambda d, f=f, wish=wish: f(PEPTIDE, **{wish: 2.0}),

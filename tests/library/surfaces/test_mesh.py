@@ -211,6 +211,26 @@ def test_proteins_close(shared, name):
     assert back.volume == pytest.approx(true.volume, rel=0.015)
 
 
+@pytest.mark.parametrize(
+    "path",
+    [
+        "structures/1fas.cif",
+        "structures/1ubi.pdb",
+        "structures/1a8o_mse.pdb",
+        "chains/2k2d_A.pdb.gz",
+        "chains/1a52_A.pdb.gz",
+    ],
+)
+def test_finer_meshes_tend_to_the_exact_volume_and_area(shared, path):
+    """The error of flat triangles falls with their size, so that of two meshes the finer one errs by half as much."""
+    path = shared / "data" / path
+    _, table = sparsurf.components(path)
+    coarse, fine = (sparsurf.mesh(path, density=density, cavities="keep") for density in (16, 32))
+    volume = table["volume"] @ np.where(table["cavity"], -1, 1)
+    assert 2 * fine.volume - coarse.volume == pytest.approx(volume, rel=1e-4)
+    assert 2 * fine.area - coarse.area == pytest.approx(table["area"].sum(), rel=3e-4)
+
+
 # ---- coarse meshes
 
 
