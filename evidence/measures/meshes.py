@@ -255,7 +255,8 @@ def measure_meshes(job: Job) -> None:
     write_tables({job.output.table: table, job.output.means: means(table)})
     layout.save(figure(molecule, params.drawn), job.output.figure)
     with Image.open(job.output.figure) as drawn:  # greys and one red, in a third of the bytes
-        drawn.convert("RGB").quantize(COLOURS).save(job.output.figure, optimize=True)
+        palette = Image.Quantize.FASTOCTREE  # the default one has greys alone
+        drawn.convert("RGB").quantize(COLOURS, palette).save(job.output.figure, optimize=True)
 
 
 def figure(molecule: sparsurf.Molecule, density: float) -> Figure:
