@@ -21,7 +21,7 @@ FUNCTION_WORDS = {
     *("others", "own", "rest", "said", "same", "some", "there", "what", "which", "words"),
 }  # fmt: skip
 # Arguments of exported functions keep the name that users type
-NAMED_BY_USERS = {"src/sparsurf/api/patches.py at", "src/sparsurf/suggestions.py words"}
+NAMED_BY_USERS = {"src/sparsurf/api/patches.py at", "src/sparsurf/arguments.py words"}
 
 
 def test_conda_and_pip_name_the_same_versions_and_the_package_of_these_rules():

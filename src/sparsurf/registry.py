@@ -16,8 +16,8 @@ from functools import cache, partial
 from importlib import import_module
 from typing import Any, Final, NamedTuple
 
+from sparsurf.arguments import F, did_you_mean, public
 from sparsurf.errors import InputError, argument
-from sparsurf.suggestions import F, did_you_mean, public
 
 ENTRY_POINTS = "sparsurf"  # group of entry points; each is called kind.name
 # The line of a docstring in whose place `with_choices` writes the names of a kind

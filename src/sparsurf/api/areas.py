@@ -17,7 +17,7 @@ from sparsurf.api.inputs import (
     opened_source,
     refuse_dots,
 )
-from sparsurf.arguments import EACH_RESIDUE, TOUCHED_AREA, RadiiLike
+from sparsurf.arguments import EACH_RESIDUE, TOUCHED_AREA, RadiiLike, public
 from sparsurf.errors import InputError
 from sparsurf.messages import no_warnings
 from sparsurf.molecules.molecule import Molecule
@@ -26,7 +26,6 @@ from sparsurf.molecules.read_molecule import molecule_of_files
 from sparsurf.molecules.residues import first_atoms, standard_name
 from sparsurf.molecules.selection import POLYMERS, Groups, Partners, groups_of_atoms, partners_of_atoms
 from sparsurf.molecules.source import Source
-from sparsurf.suggestions import public
 from sparsurf.surfaces.areas import areas_of_spheres, contacts_of_rolled
 from sparsurf.surfaces.dot_placement import roll_checked
 from sparsurf.surfaces.radii import PROBE_RADIUS, check_radii

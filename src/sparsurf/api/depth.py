@@ -8,8 +8,7 @@ import numpy as np
 
 from sparsurf.api.inputs import MoleculeLike, as_spheres
 from sparsurf.api.surfaces import placement
-from sparsurf.arguments import Cavities, RadiiLike
-from sparsurf.suggestions import public
+from sparsurf.arguments import Cavities, RadiiLike, public
 from sparsurf.surfaces.radii import PROBE_RADIUS
 
 if TYPE_CHECKING:

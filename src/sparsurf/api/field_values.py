@@ -11,11 +11,10 @@ import numpy as np
 
 from sparsurf import registry
 from sparsurf.api.inputs import field_names
-from sparsurf.arguments import RANK
+from sparsurf.arguments import RANK, did_you_mean
 from sparsurf.dot_fields.maps import is_map
 from sparsurf.errors import InputError, argument
 from sparsurf.patches.index import D_LINK, R_PATCH, build_index
-from sparsurf.suggestions import did_you_mean
 from sparsurf.surfaces.spacing import refuse_sparse
 
 if TYPE_CHECKING:

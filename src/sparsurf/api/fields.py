@@ -27,7 +27,7 @@ from sparsurf.api.inputs import (
 )
 from sparsurf.api.surfaces import as_surface
 from sparsurf.api.whole_surface import WholeSurface, patches_or_none, whole_surface
-from sparsurf.arguments import index_array
+from sparsurf.arguments import F, index_array, public
 from sparsurf.dot_fields.depth import depth_of_atoms, depth_of_residues
 from sparsurf.dot_fields.maps import is_map
 from sparsurf.dot_fields.named_fields import FieldLike, compute_fields
@@ -35,7 +35,6 @@ from sparsurf.errors import InputError, argument
 from sparsurf.evaluation.minimal_subset import Subset
 from sparsurf.evaluation.residues import residue_columns, residue_table
 from sparsurf.settings import PatchesSettings
-from sparsurf.suggestions import F, public
 from sparsurf.surfaces.chosen_points import Points
 from sparsurf.surfaces.surface import Surface, real_numbers
 from sparsurf.threads import available_cores

@@ -36,6 +36,7 @@ from sparsurf.arguments import (
     RadiiLike,
     Ranking,
     frames_between,
+    public,
 )
 from sparsurf.dot_fields.depth import depth_below, depth_of_residues
 from sparsurf.dot_fields.named_fields import FieldLike, compute_fields, names_of_fields
@@ -53,7 +54,6 @@ from sparsurf.molecules.trajectory import EVERY_FRAME, check_frames
 from sparsurf.patches.index import D_LINK
 from sparsurf.settings import Settings
 from sparsurf.streams import Streams
-from sparsurf.suggestions import public
 from sparsurf.surfaces.areas import areas_of_rolled, contacts_of_rolled
 from sparsurf.surfaces.components import columns_of_components, summarize_components, without_cavities
 from sparsurf.surfaces.molecular_surface import RolledFrame, roll_frame

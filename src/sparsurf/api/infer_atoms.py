@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 
 from sparsurf.api.inputs import DotsLike, as_dots
-from sparsurf.arguments import LENGTH, PROBE_RADIUS, Auto, RadiiTable
+from sparsurf.arguments import LENGTH, PROBE_RADIUS, Auto, RadiiTable, public
 from sparsurf.errors import InputError
 from sparsurf.recovery.spheres.atoms import Atoms, infer
 from sparsurf.recovery.spheres.votes import MIN_DOTS, known_model, vote
-from sparsurf.suggestions import public
 from sparsurf.surfaces.radii import RADII
 from sparsurf.threads import available_cores
 

@@ -13,6 +13,7 @@ from sparsurf.api.surfaces import as_surface
 from sparsurf.arguments import (
     DEFAULT_TEST_DOTS,
     Model,
+    public,
 )
 from sparsurf.errors import InputError, argument
 from sparsurf.evaluation.floors import floors_table, fresh_dots
@@ -24,7 +25,6 @@ from sparsurf.recovery.reconstructing import AUTO, reconstruct, surface_with_fie
 from sparsurf.sampling.samplers import SamplerLike, get_samplers
 from sparsurf.settings import Minimal, PatchesSettings, Settings
 from sparsurf.streams import DEFAULT_SEED, Streams
-from sparsurf.suggestions import public
 from sparsurf.surfaces.spacing import DENSITY, refuse_sparse
 from sparsurf.surfaces.surface import Recovered, Surface
 from sparsurf.surfaces.surface_atoms import SurfaceAtoms

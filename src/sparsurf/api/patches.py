@@ -12,13 +12,12 @@ from sparsurf import registry
 from sparsurf.api.inputs import SurfaceLike
 from sparsurf.api.surfaces import as_index, as_surface
 from sparsurf.api.whole_surface import with_patches
-from sparsurf.arguments import index_array
+from sparsurf.arguments import index_array, public
 from sparsurf.errors import InputError, argument
 from sparsurf.patches.descriptors import PUBLISHED, DescriptorLike, describe_patches
 from sparsurf.patches.index import D_LINK, R_PATCH, R_ZERNIKE, PatchIndex
 from sparsurf.patches.roughness import RoughnessFunction
 from sparsurf.settings import PatchesSettings
-from sparsurf.suggestions import public
 from sparsurf.surfaces.spacing import refuse_sparse
 from sparsurf.threads import available_cores
 

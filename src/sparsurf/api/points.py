@@ -15,14 +15,13 @@ from sparsurf.api.field_values import check_fields, refuse_maps, with_fields
 from sparsurf.api.folders import ResultsOfFolder
 from sparsurf.api.inputs import MoleculeLike, as_spheres, first_group
 from sparsurf.api.surfaces import placement
-from sparsurf.arguments import Cavities, RadiiLike
+from sparsurf.arguments import Cavities, RadiiLike, public
 from sparsurf.errors import InputError
 from sparsurf.molecules.listing import structures_in
 from sparsurf.molecules.selection import Groups
 from sparsurf.patches.index import D_LINK, build_grid
 from sparsurf.sampling.farthest_point import farthest_points
 from sparsurf.streams import DEFAULT_SEED, stream
-from sparsurf.suggestions import public
 from sparsurf.surfaces.chosen_points import NamedPoints, Points, on_steps
 from sparsurf.surfaces.molecular_surface import MAX_DENSITY, RolledFrame, roll_spheres
 from sparsurf.surfaces.radii import PROBE_RADIUS

@@ -10,11 +10,11 @@ import numpy as np
 from sparsurf.api.fields import columns_of_fields, labelled
 from sparsurf.api.inputs import SurfaceLike, as_dots, has_atoms
 from sparsurf.api.surfaces import surface as surface_of
+from sparsurf.arguments import public
 from sparsurf.errors import InputError, argument
 from sparsurf.evaluation.residues import mean_by_group, sum_by_group
 from sparsurf.molecules.unwrapping import pieces
 from sparsurf.patches.index import D_LINK
-from sparsurf.suggestions import public
 from sparsurf.surfaces.grid import pairs_within
 from sparsurf.surfaces.spacing import refuse_sparse
 

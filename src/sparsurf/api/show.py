@@ -29,12 +29,11 @@ from sparsurf.api.replacing import refuse_replacing
 from sparsurf.api.surfaces import as_surface, surface
 from sparsurf.api.whole_surface import placed_again
 from sparsurf.api.writing import PAGE_ENDINGS, parse_output, write_page
-from sparsurf.arguments import ColourLimits, Ranking
+from sparsurf.arguments import ColourLimits, Ranking, public
 from sparsurf.errors import InputError
 from sparsurf.molecules.formats import title
 from sparsurf.molecules.read_molecule import read_molecule
 from sparsurf.molecules.source import Source
-from sparsurf.suggestions import public
 from sparsurf.surfaces.formats.colours import check_limits
 
 if TYPE_CHECKING:

@@ -18,6 +18,7 @@ from sparsurf.arguments import (
     DEFAULT_TEST_DOTS,
     EXPONENT,
     Limits,
+    public,
 )
 from sparsurf.errors import InputError, argument
 from sparsurf.evaluation.minimal_subset import Subset
@@ -35,7 +36,6 @@ from sparsurf.sampling.combination import Combination
 from sparsurf.sampling.samplers import SamplerLike, get_samplers
 from sparsurf.settings import PatchesSettings, Settings
 from sparsurf.streams import DEFAULT_SEED, Streams
-from sparsurf.suggestions import public
 from sparsurf.surfaces.radii import PROBE_RADIUS
 from sparsurf.surfaces.spacing import refuse_sparse
 from sparsurf.surfaces.surface import Surface

@@ -8,9 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sparsurf.api.inputs import MoleculeLike, as_spheres, refuse_dots
-from sparsurf.arguments import D_LINK, Cavities, RadiiLike
+from sparsurf.arguments import D_LINK, Cavities, RadiiLike, public
 from sparsurf.errors import InputError, argument
-from sparsurf.suggestions import public
 from sparsurf.surfaces.molecular_surface import surface_of_surface_atoms
 from sparsurf.surfaces.radii import PROBE_RADIUS, check_radii
 from sparsurf.surfaces.spheres import Spheres, write_pqr, write_spheres

@@ -34,11 +34,11 @@ from sparsurf.arguments import (
     Model,
     RadiiLike,
     Reentrant,
+    public,
 )
 from sparsurf.errors import InputError, argument
 from sparsurf.molecules.selection import Groups
 from sparsurf.patches.index import D_LINK, PatchIndex, build_index
-from sparsurf.suggestions import public
 from sparsurf.surfaces.chosen_points import Points
 from sparsurf.surfaces.components import components_of_rolled, fields_without_component, table_of_components
 from sparsurf.surfaces.dot_placement import roll_checked

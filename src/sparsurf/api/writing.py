@@ -23,13 +23,12 @@ from sparsurf.api.inputs import MoleculeLike, as_molecule, check_frame, is_subse
 from sparsurf.api.page_metadata import About
 from sparsurf.api.replacing import beside_mesh, beside_script, path_of_faces, refuse_replacing
 from sparsurf.api.scenes import SCENES, chimerax_script, write_scene
-from sparsurf.arguments import ColourLimits
+from sparsurf.arguments import ColourLimits, public
 from sparsurf.errors import InputError, argument, naming_file
 from sparsurf.files import as_path, closed_streams, ends_in, shorten
 from sparsurf.molecules.formats import title
 from sparsurf.molecules.molecule import Molecule
 from sparsurf.molecules.pdb import pdb_b_factor
-from sparsurf.suggestions import public
 from sparsurf.surfaces.chosen_points import NamedPoints, Points
 from sparsurf.surfaces.formats.colours import KIND_COLOURS, Scale, check_limits, scale_of
 from sparsurf.surfaces.formats.csv import TABLE_FORMAT, write_csv

@@ -18,13 +18,13 @@ from importlib import import_module
 from typing import Any, NoReturn
 
 from sparsurf import FUNCTIONS, __version__, progress, registry
+from sparsurf.arguments import did_you_mean
 from sparsurf.errors import InputError, name_in_call, printable
 from sparsurf.files import open_closed_streams
 from sparsurf.garbage_collection import collect_rarely
 from sparsurf.kernel_cache import require_kernel_cache
 from sparsurf.messages import listening
 from sparsurf.molecules.formats import STRUCTURE_LABELS, TOPOLOGY_LABELS
-from sparsurf.suggestions import did_you_mean
 from sparsurf.threads import ignore_numba_threads
 
 COMMANDS = {

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from sparsurf.arguments import Hydrogens, check_flag, check_plddt, frames_between
+from sparsurf.arguments import Hydrogens, check_flag, check_plddt, frames_between, public
 from sparsurf.errors import FILE, InputError, argument, naming_file
 from sparsurf.files import StrPath, pluralise, shorten
 from sparsurf.molecules.atom_table import AtomFile
@@ -30,7 +30,6 @@ from sparsurf.molecules.selection import POLYMERS, Groups, SelectionKeys
 from sparsurf.molecules.source import Source, open_source, what_is_no_structure
 from sparsurf.molecules.text_frames import read_card, read_gro
 from sparsurf.molecules.trajectory import EVERY_FRAME
-from sparsurf.suggestions import public
 
 log = logging.getLogger("sparsurf")
 

@@ -18,11 +18,11 @@ from sparsurf.arguments import (
     Model,
     check_choice,
     check_flag,
+    public,
 )
 from sparsurf.errors import InputError
 from sparsurf.registry import COVER, FARTHEST
 from sparsurf.settings import TAIL_PER_ERROR
-from sparsurf.suggestions import public
 
 # Å, mean error times dots per Å^2, from which a search for a density starts
 START_OF_HEAVY_ATOMS, START_WITH_HYDROGENS = 0.0125, 0.015

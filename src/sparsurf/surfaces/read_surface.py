@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from sparsurf import registry
+from sparsurf.arguments import public
 from sparsurf.errors import FILE, InputError, naming_file
 from sparsurf.files import decode_text, read_bytes
-from sparsurf.suggestions import public
 from sparsurf.surfaces.formats import csv
 from sparsurf.surfaces.surface import Surface, SurfaceFormat
 

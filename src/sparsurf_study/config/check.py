@@ -8,12 +8,12 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from sparsurf import registry
+from sparsurf.arguments import did_you_mean
 from sparsurf.errors import InputError
 from sparsurf.files import UNPACK, URL_START, shorten
 from sparsurf.molecules.formats import stem, suffix
 from sparsurf.molecules.listing import structures_below
 from sparsurf.settings import OR_INSTALLED, REQUEST_KEYS
-from sparsurf.suggestions import did_you_mean
 from sparsurf_study import manifest
 from sparsurf_study.batches.assignment import BATCH_FOLDERS, BATCH_PERCENT, batched_structures, takes_batches
 from sparsurf_study.config.conformations import absent_conformation, has_one_model, without_zeros

@@ -7,10 +7,10 @@ from typing import Any, get_args
 
 from pydantic import BaseModel
 
+from sparsurf.arguments import did_you_mean
 from sparsurf.errors import InputError
 from sparsurf.files import shorten
 from sparsurf.settings import OR_INSTALLED
-from sparsurf.suggestions import did_you_mean
 from sparsurf_study.config.models import FORMS, Config
 
 WRONG_TYPES = {

@@ -17,6 +17,7 @@ from scipy.spatial import cKDTree
 import sparsurf
 from conftest import ROOT
 from sparsurf.api import inputs, writing
+from sparsurf.arguments import PLACEMENT
 from sparsurf.cli import command
 from sparsurf.errors import InputError
 from sparsurf.evaluation.subset_search import warn_if_number_differs
@@ -26,7 +27,6 @@ from sparsurf.patches.roughness import roughness_of_patches
 from sparsurf.recovery.errors import distance_to_recovered
 from sparsurf.sampling import published
 from sparsurf.streams import DEFAULT_SEED, Streams
-from sparsurf.suggestions import PLACEMENT
 from sparsurf.surfaces.molecular_surface import molecular_surface
 from sparsurf.surfaces.surface import Surface
 
