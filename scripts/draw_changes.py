@@ -8,7 +8,7 @@ from sparsurf_study.workflow.jobs import job
 from sparsurf.api.pages import page_of_values
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.views import layout
-from sparsurf.views.page.scene import DotValues
+from sparsurf.views.viewer.scene import DotValues
 from sparsurf_study.analysis.tables import read_residues
 from sparsurf_study.pairs.changes import numbered_alike, over_floor
 from sparsurf_study.pairs.matching import on_atoms

@@ -9,7 +9,7 @@ from sparsurf_study.workflow.jobs import job
 from sparsurf.api.pages import page_of_values
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.views import layout
-from sparsurf.views.page.scene import DotValues
+from sparsurf.views.viewer.scene import DotValues
 from sparsurf_study.report.figures.pair_figures import book_figure, partners_opened, ranks, side_by_side
 from sparsurf_study.report.page_origin import origin_of_page, with_atoms
 from sparsurf_study.structures import residue_labels

@@ -11,9 +11,9 @@ from sparsurf.evaluation.prepared_surface import PreparedSurface
 from sparsurf.sampling.samplers import farthest
 from sparsurf.surfaces.components import COMPONENT_FIELD
 from sparsurf.surfaces.formats.npz import read_npz, with_fields_of_file
-from sparsurf.views.page.dots import MAX_DOTS, ShownDots
-from sparsurf.views.page.scene import DotValues
 from sparsurf.views.render import DISTANCE_LIMITS, along_smallest_axis, thumbnail
+from sparsurf.views.viewer.dots import MAX_DOTS, ShownDots
+from sparsurf.views.viewer.scene import DotValues
 from sparsurf_study.analysis.reconstructed import read_reconstructed
 from sparsurf_study.analysis.tables import read_minimal, read_roughness, read_table
 from sparsurf_study.report.page_origin import origin_of_page, with_atoms

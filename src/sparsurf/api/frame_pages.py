@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from sparsurf.dot_fields.named_fields import FieldLike
     from sparsurf.molecules.molecule import Molecule
     from sparsurf.surfaces.mesh import Mesh
-    from sparsurf.views.page.shapes import DrawnAtoms, Shape
+    from sparsurf.views.viewer.shapes import DrawnAtoms, Shape
 
 NAME_IN_ERRORS = "show"
 FRAMES_PER_CORE = 2  # A batch, after which progress is counted, has so many frames for each core.
@@ -52,7 +52,7 @@ class ShownFrame(NamedTuple):
 
 def shown_positions(n_frames: int) -> np.ndarray:
     """Return the positions of the frames that a page shows: every n-th, so that they are at most `MAX_FRAMES`."""
-    from sparsurf.views.page.scene import MAX_FRAMES
+    from sparsurf.views.viewer.scene import MAX_FRAMES
 
     return np.arange(0, n_frames, math.ceil(n_frames / MAX_FRAMES))
 
@@ -97,8 +97,8 @@ def page_of_frames(
     request : what is requested of the frames, for the ranking of residues
     say : called with a sentence on the frames and the time that they take
     """
-    from sparsurf.views.overview.frames import overview_of_frames
-    from sparsurf.views.page.shapes import DrawnAtoms, is_trace
+    from sparsurf.views.page.frames import render_page_of_frames
+    from sparsurf.views.viewer.shapes import DrawnAtoms, is_trace
 
     positions, shown = shown_positions(molecule.n_frames), with_surroundings(molecule)
     atoms, trace = DrawnAtoms(shown, molecule.n_residues), np.flatnonzero(is_trace(molecule))
@@ -127,7 +127,7 @@ def page_of_frames(
         contacts = contacts_on_page(shown, drawn, rules)
     sentences = [*(about.heard.sentences if about.heard else ()), *of_contacts.sentences]
     sentences += drawn_without_surface(shown, molecule.n_atoms)
-    return overview_of_frames(
+    return render_page_of_frames(
         _title(about, molecule, len(frames), trajectory),
         trajectory,
         atoms,
@@ -179,7 +179,7 @@ def shown_frame(
     """Compute what a page shows of a frame, at the positions `drawn`, (A, 3): its surface and its residues."""
     from sparsurf.surfaces.thinning import PICTURED, coarsened
     from sparsurf.surfaces.triangulation import mesh_of_rolled
-    from sparsurf.views.page.shapes import Shape
+    from sparsurf.views.viewer.shapes import Shape
 
     rules, xyz = request.rules, molecule.xyz[position]
     settings = Settings().model_copy(update={"surface": rules})

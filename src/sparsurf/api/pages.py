@@ -51,8 +51,8 @@ if TYPE_CHECKING:
     from sparsurf.streams import Streams
     from sparsurf.surfaces.mesh import Mesh
     from sparsurf.surfaces.surface import Surface
-    from sparsurf.views.page.dots import ShownDots
-    from sparsurf.views.page.scene import DotValues
+    from sparsurf.views.viewer.dots import ShownDots
+    from sparsurf.views.viewer.scene import DotValues
 
 
 log = logging.getLogger("sparsurf")
@@ -81,8 +81,8 @@ def page_of_surface(
     """
     if len(surface) < 2:
         raise InputError("a page needs a surface, and there is a single dot; give all dots of a surface.")
-    from sparsurf.views.overview.page import Facts, Notes, in_list, numbers_of_residues, overview
-    from sparsurf.views.page.scene import (
+    from sparsurf.views.page.page import Facts, Notes, in_list, numbers_of_residues, render_page
+    from sparsurf.views.viewer.scene import (
         MAX_BYTES,
         MAX_BYTES_IN_REPORT,
         MAX_LARGE_BYTES,
@@ -91,7 +91,7 @@ def page_of_surface(
         ResidueValues,
         roughness_values,
     )
-    from sparsurf.views.page.shapes import DrawnAtoms, Shape
+    from sparsurf.views.viewer.shapes import DrawnAtoms, Shape
 
     steps = Progress("steps of the page", STEPS_OF_PAGE)
     patches = about.patches or PatchesSettings()
@@ -168,7 +168,7 @@ def page_of_surface(
         d_link=prepared.patches.d_link,
         probe=surface.origin.rules.probe_radius if surface.origin else None,
     )
-    page = overview(
+    page = render_page(
         title_of(about, shown.given),
         scene,
         facts,
@@ -187,7 +187,7 @@ def page_of_surface(
 
 def _drawn_dots(shown: ShownSurface, prepared: PreparedSurface, has_mesh: bool) -> ShownDots | None:
     """Return the dots that are drawn on the mesh: the kept ones, or those of a selection or without a molecule; else None."""
-    from sparsurf.views.page.dots import ShownDots
+    from sparsurf.views.viewer.dots import ShownDots
 
     if len(shown.kept):
         are_given = shown.is_reconstructed and len(shown.kept) == len(shown.given)
@@ -295,7 +295,7 @@ def with_default_fields(surface: Surface, molecule: Molecule | None) -> tuple[Su
 
 def values_of_fields(surface: Surface, components: np.ndarray | None) -> list[DotValues]:
     """Return the fields of a surface, and the components of its dots, (N,), where there are several, as their values."""
-    from sparsurf.views.page.scene import DotValues
+    from sparsurf.views.viewer.scene import DotValues
 
     shown = []
     for name, numbers in fields_without_component(surface).items():
@@ -331,9 +331,9 @@ def page_of_dots(
     links : addresses and words of other pages
     origin : rows that say where the page is from
     """
-    from sparsurf.views.overview.page import overview_of_dots
-    from sparsurf.views.page.scene import PageScene, roughness_values
-    from sparsurf.views.page.shapes import DrawnAtoms, Shape
+    from sparsurf.views.page.page import render_page_of_dots
+    from sparsurf.views.viewer.scene import PageScene, roughness_values
+    from sparsurf.views.viewer.shapes import DrawnAtoms, Shape
 
     surface, rough = dots.prepared.surface, dots.prepared.roughness
     atoms, xyz, molecule = None, np.empty((0, 3)), surface.molecule
@@ -346,7 +346,7 @@ def page_of_dots(
         labels, dots=dots, colour=f"value {colour}", turn=turn,
     )  # fmt: skip
     answer = f"{len(surface):,} dots, mean roughness {rough.mean():.2f}."
-    return overview_of_dots(title, scene, answer, links, origin)
+    return render_page_of_dots(title, scene, answer, links, origin)
 
 
 def page_of_values(
@@ -360,7 +360,7 @@ def page_of_values(
     turn: np.ndarray | None = None,
 ) -> str:
     """Return the page of the dots of a surface, which opens with all of them in the colours of the first values."""
-    from sparsurf.views.page.dots import MAX_DOTS, ShownDots
+    from sparsurf.views.viewer.dots import MAX_DOTS, ShownDots
 
     prepared = PreparedSurface(surface, settings, None, streams)
     order = farthest(prepared, min(len(surface), MAX_DOTS), prepared.stream("view"))
@@ -378,7 +378,7 @@ def _counts(molecule: Molecule) -> str:
 
 def page_of_residues(table: pd.DataFrame, about: About, surface: Surface | None) -> str:
     """Return the page of a table of residues: their profile, the roughest, and the surface that they are measured on."""
-    from sparsurf.views.overview.page import render_residues
+    from sparsurf.views.page.page import render_residues
 
     origin = rows_of_origin(about) if surface is None else rows_of_surface(about, surface)
     part = "" if surface is None else shown_part(about, surface)

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from sparsurf.surfaces.surface import Surface
-    from sparsurf.views.overview.page import Extent
+    from sparsurf.views.page.page import Extent
 
 # The picture of a surface with more dots shows about so many, evenly spread: enough for the eye, in a page that stays small
 MAX_DOTS_OF_PICTURE, FEWER_DOTS = 200_000, 50_000
@@ -109,7 +109,7 @@ class ShownSurface:
     @property
     def extent(self) -> Extent:
         """How much of their surface the given dots are."""
-        from sparsurf.views.overview.page import Extent
+        from sparsurf.views.page.page import Extent
 
         surface, whole, cavity = self.given, self.part_of, self.cavity
         if whole is None:

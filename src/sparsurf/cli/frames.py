@@ -104,8 +104,8 @@ def run(args: argparse.Namespace) -> None:
 
 def _first(ranking: pd.DataFrame, n_frames: int, quantity: str, rank_by: str) -> str:
     """Say which residues change most; nothing if none is ranked."""
-    from sparsurf.views.overview.frames import STATISTICS  # here: wrong arguments need no numba
-    from sparsurf.views.overview.profile import labels_of
+    from sparsurf.views.page.frames import STATISTICS  # here: wrong arguments need no numba
+    from sparsurf.views.page.profile import labels_of
 
     changing = ranking.dropna(subset="rank").head(N_REPORTED)
     if changing.empty:

@@ -14,7 +14,7 @@ from sparsurf.evaluation.ranking import MIN_AREA
 from sparsurf.surfaces.formats.colours import KIND_COLOURS, KIND_NAMES, Scale
 from sparsurf.views import layout, render
 from sparsurf.views.layout import styled
-from sparsurf.views.overview.profile import chains, labels_of, limits, places_of_labels, roughest, stretches
+from sparsurf.views.page.profile import chains, labels_of, limits, places_of_labels, roughest, stretches
 
 if TYPE_CHECKING:
     import pandas as pd

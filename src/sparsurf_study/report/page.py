@@ -15,13 +15,15 @@ from markupsafe import Markup, escape
 
 from sparsurf import registry
 from sparsurf.patches.index import R_PATCH, R_ZERNIKE
-from sparsurf.views import overview
+from sparsurf.views import page as page_of_molecule
 from sparsurf.views.numbers import interval, number, share
 from sparsurf_study.pairs.partners import INTERFACE
 from sparsurf_study.report.numbers import combination, interval_of, left_in_island, p_value
 
 TEMPLATES = Path(__file__).with_name("templates")
-OVERVIEW = Path(overview.__file__).parent  # the page on one surface, which draws residues in the same way
+PAGE_OF_MOLECULE = Path(
+    page_of_molecule.__file__
+).parent  # the page on one surface, which draws residues in the same way
 MAX_FIGURE_BYTES = 500_000  # A larger figure is not put into a page.
 # All figures inside a page have at most this size together, so that it can be sent.
 MAX_PAGE_BYTES = 10_000_000
@@ -79,7 +81,7 @@ def symbols(text: str) -> Markup:
 def _templates() -> jinja2.Environment:
     """Return the environment of the templates."""
     environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader([TEMPLATES, OVERVIEW]),
+        loader=jinja2.FileSystemLoader([TEMPLATES, PAGE_OF_MOLECULE]),
         autoescape=lambda name: ".html" in (name or ""),
         undefined=jinja2.StrictUndefined,
         lstrip_blocks=True,

@@ -24,7 +24,7 @@ from sparsurf.cli import command
 from sparsurf.errors import InputError
 from sparsurf.surfaces.spacing import spacing
 from sparsurf.views import pictures
-from sparsurf.views.overview import profile
+from sparsurf.views.page import profile
 
 TDP43 = ROOT / "data" / "tdp43" / "topology.pdb"
 PNG = b"\x89PNG\r\n\x1a\n"

@@ -20,8 +20,8 @@ from sparsurf.sampling.samplers import farthest
 from sparsurf.settings import Settings
 from sparsurf.streams import Streams
 from sparsurf.surfaces.surface import Surface
-from sparsurf.views.page.dots import ShownDots
-from sparsurf.views.page.scene import DotValues
+from sparsurf.views.viewer.dots import ShownDots
+from sparsurf.views.viewer.scene import DotValues
 
 # The parts of a page that a control may change, and how each is read
 PARTS = {

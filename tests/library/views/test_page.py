@@ -19,8 +19,8 @@ from small_study import unpacked
 from sparsurf.api import frame_pages
 from sparsurf.api.surroundings import with_surroundings
 from sparsurf.cli import command
-from sparsurf.views.overview import page
-from sparsurf.views.page import library, packing, scene, shapes
+from sparsurf.views.page import page
+from sparsurf.views.viewer import library, packing, scene, shapes
 
 TDP43 = ROOT / "data" / "tdp43" / "topology.pdb"
 CHOSEN = """

@@ -26,10 +26,10 @@ from sparsurf.streams import Streams
 from sparsurf.surfaces.formats.colours import KIND_COLOURS, ROUGHNESS_LIMITS
 from sparsurf.surfaces.formats.npz import read_npz
 from sparsurf.surfaces.surface import Surface
-from sparsurf.views.overview import page as overview
-from sparsurf.views.page import dots as page_dots
-from sparsurf.views.page import packing
-from sparsurf.views.page.scene import DotValues
+from sparsurf.views.page import page
+from sparsurf.views.viewer import dots as page_dots
+from sparsurf.views.viewer import packing
+from sparsurf.views.viewer.scene import DotValues
 from sparsurf_study.analysis import grid as grids
 from sparsurf_study.analysis import tables
 from sparsurf_study.structures import residue_labels
@@ -240,7 +240,7 @@ def test_the_presets_are_the_best_combinations_that_there_are():
 
 def test_a_large_surface_shows_as_many_dots_as_fit(order, prepared, monkeypatch):
     kept, whole = order[[2, 70, 700]], page_of(prepared, order)
-    monkeypatch.setattr(overview, "MAX_BYTES_IN_REPORT", len(whole.encode()) - 25_000)
+    monkeypatch.setattr(page, "MAX_BYTES_IN_REPORT", len(whole.encode()) - 25_000)
     text = page_of(prepared, order, minimal=kept)
     header, columns = unpacked(text)
     of_dots, all_dots = header["dots"], unpacked(whole)[0]["dots"]

@@ -151,7 +151,7 @@ NUMBERS = COMPUTE | {
 EDITS = {  # file with a line more: rules that run again, and rules that do not
     "sparsurf/recovery/errors.py": (NUMBERS | PAGES, {"fetch_structure"}),
     "sparsurf_study/analysis/grid.py": (NUMBERS | PAGES, {"fetch_structure"}),
-    "sparsurf/views/page/molecule.js": (PAGES, NUMBERS),
+    "sparsurf/views/viewer/molecule.js": (PAGES, NUMBERS),
     "sparsurf_study/report/templates/front.html.j2": (PAGES, NUMBERS),
     "sparsurf/cli/minimal.py": (set(), NUMBERS | PAGES),
     "sparsurf_study/workflow/jobs.py": (set(), NUMBERS | PAGES),

@@ -1,1 +1,1 @@
-"""The interactive page of a molecule, its surface and its dots, which 3Dmol.js draws."""
+"""The pages of `show` and of a study: what stands around the picture of a molecule, and what was left out of it."""

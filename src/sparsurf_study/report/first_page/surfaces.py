@@ -12,7 +12,7 @@ import pandas as pd
 from sparsurf.sampling.combination import Combination
 from sparsurf.settings import BY_BACK, BY_FORTH, DECISIONS, DEFAULT_ERROR, TAIL_PER_ERROR
 from sparsurf.views.numbers import number
-from sparsurf.views.overview.profile import columns_of_means, labels_of, panels, roughest
+from sparsurf.views.page.profile import columns_of_means, labels_of, panels, roughest
 from sparsurf_study.report.first_page.run import MAX_CARDS, MAX_ROWS, MAX_SHOWN, Cell, Figure, Run, TableLink
 
 Z_OF_RECOVERED = ("recovered_Z_published", "recovered_Z_rotation_robust")  # Columns of surfaces.csv.

@@ -15,7 +15,7 @@ from sparsurf.recovery.readings import readings_of_columns
 from sparsurf.sampling.combination import PARAMETERS, Combination
 from sparsurf.sampling.samplers import sampler_label
 from sparsurf.surfaces.spacing import spacing
-from sparsurf.views.page.packing import flat_normals
+from sparsurf.views.viewer.packing import flat_normals
 
 if TYPE_CHECKING:
     from sparsurf.evaluation.prepared_surface import PreparedSurface

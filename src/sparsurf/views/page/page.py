@@ -16,9 +16,9 @@ from sparsurf.evaluation.ranking import MIN_AREA
 from sparsurf.surfaces.components import COMPONENT_FIELD
 from sparsurf.version import __version__
 from sparsurf.views.numbers import number
-from sparsurf.views.overview.profile import PROFILE_CSS, columns_of_means, labels_of, panels, roughest
-from sparsurf.views.page import library
-from sparsurf.views.page.scene import (
+from sparsurf.views.page.profile import PROFILE_CSS, columns_of_means, labels_of, panels, roughest
+from sparsurf.views.viewer import library
+from sparsurf.views.viewer.scene import (
     MAX_BYTES,
     MAX_BYTES_IN_REPORT,
     DotValues,
@@ -89,7 +89,7 @@ class Facts(NamedTuple):
     probe: float | None
 
 
-def overview(
+def render_page(
     title: str,
     scene: PageScene,
     surface: Facts,
@@ -120,7 +120,7 @@ def overview(
     return scene.around(lambda data: render_template(PAGE, data=data, **context), max_bytes)
 
 
-def overview_of_dots(
+def render_page_of_dots(
     title: str,
     scene: PageScene,
     answer: str,

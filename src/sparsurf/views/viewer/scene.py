@@ -19,15 +19,15 @@ from sparsurf.surfaces.formats.colours import (
     scale_of,
 )
 from sparsurf.surfaces.grid import nearest_of
-from sparsurf.views.page.packing import OCTAHEDRON, in_steps, pack
-from sparsurf.views.page.shapes import SHAPE_STEP, DrawnAtoms, Shape, shape_columns
 from sparsurf.views.render import along_smallest_axis
+from sparsurf.views.viewer.packing import OCTAHEDRON, in_steps, pack
+from sparsurf.views.viewer.shapes import SHAPE_STEP, DrawnAtoms, Shape, shape_columns
 
 if TYPE_CHECKING:
     import pandas as pd
 
     from sparsurf.surfaces.surface import Surface
-    from sparsurf.views.page.dots import ShownDots
+    from sparsurf.views.viewer.dots import ShownDots
 
 MAX_BYTES = 6_000_000  # of a page, MAX_LARGE_BYTES of that of a large surface, which stays smooth to turn
 MAX_LARGE_BYTES = 4_000_000
@@ -120,7 +120,7 @@ class PageScene:
 
     def around(self, fill: Callable[[str], str], max_bytes: int = MAX_BYTES) -> str:
         """Return the page that `fill` makes around the scene, of at most `max_bytes`, with a coarser mesh or fewer dots."""
-        from sparsurf.views.page.dots import MAX_DOTS
+        from sparsurf.views.viewer.dots import MAX_DOTS
 
         shapes, max_dots = list(self.shapes), MAX_DOTS
         while True:

@@ -10,10 +10,10 @@ import pandas as pd
 
 from sparsurf.evaluation.ranking import MIN_AREA, rank_residues, why_none_is_ranked
 from sparsurf.molecules.molecule import Molecule
-from sparsurf.views.overview.page import labelled_rows, largest_contacts, named_field, render_template
-from sparsurf.views.overview.profile import ROUGHNESS_COLUMN, panels
-from sparsurf.views.page.scene import PageScene, ResidueValues
-from sparsurf.views.page.shapes import DrawnAtoms, Shape
+from sparsurf.views.page.page import labelled_rows, largest_contacts, named_field, render_template
+from sparsurf.views.page.profile import ROUGHNESS_COLUMN, panels
+from sparsurf.views.viewer.scene import PageScene, ResidueValues
+from sparsurf.views.viewer.shapes import DrawnAtoms, Shape
 
 N_CHANGING = 10  # residues of the table
 TEMPLATE = "frames.html.j2"
@@ -39,7 +39,7 @@ NAMED_COLUMNS = {
 }
 
 
-def overview_of_frames(
+def render_page_of_frames(
     title: str,
     trajectory: str,
     atoms: DrawnAtoms,

@@ -12,7 +12,7 @@ from sparsurf.molecules.residues import first_atoms, standard_name
 from sparsurf.molecules.selection import POLYMERS
 from sparsurf.surfaces.mesh import Mesh
 from sparsurf.surfaces.thinning import coarsened
-from sparsurf.views.page.packing import flat_normals
+from sparsurf.views.viewer.packing import flat_normals
 
 SPARSER = 0.7  # While a page is too large, its mesh gets this share of its density.
 LEAST_DENSITY = 0.25  # A mesh keeps at least so many corners per Å^2.
