@@ -106,6 +106,7 @@ rule fetch_structure:
     params:
         url=of_protein("source"),
         sha256=of_protein("sha256"),
+        name="{protein}",
     message:
         "Fetching {wildcards.protein}"
     script:

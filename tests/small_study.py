@@ -15,6 +15,7 @@ import sys
 import tempfile
 import threading
 import zlib
+from contextlib import contextmanager
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from types import SimpleNamespace
@@ -102,13 +103,19 @@ def run_study(folder, python=sys.executable):
     """Run the small study in a folder with a Python; return the finished process."""
     folder.mkdir()
     (folder / warm_python.OPENED).mkdir()
+    with served(folder) as url:
+        return snakemake(folder, write_study(folder, url), python=python)
+
+
+@contextmanager
+def served(folder):
+    """Serve a folder over http while a block runs; yield its URL."""
     server = ThreadingHTTPServer(
         ("127.0.0.1", 0), functools.partial(SimpleHTTPRequestHandler, directory=folder)
     )
     threading.Thread(target=server.serve_forever, daemon=True).start()
     try:
-        config = write_study(folder, f"http://127.0.0.1:{server.server_port}")
-        return snakemake(folder, config, python=python)
+        yield f"http://127.0.0.1:{server.server_port}"
     finally:
         server.shutdown()
 

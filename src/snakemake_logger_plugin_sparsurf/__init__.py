@@ -53,6 +53,9 @@ class LogHandler(LogHandlerBase):
                 self._say(f"{'Failed':>10}  {job.rule_msg or job.rule_name}: {reason}")
             elif event == LogEvent.ERROR:
                 text = record.getMessage()
+                if text.startswith("ProtectedOutputException"):  # its first file says which disk or folder
+                    path = text.partition("affected files:")[2].split()[0]
+                    text = f"{path} cannot be written. Make it and its folder writable and run again."
                 if TOLD.match(text) or (record.levelno >= WARNING and not REPEATED.search(text)):
                     self._say(text)
                 if text.startswith("Terminating"):

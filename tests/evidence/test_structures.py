@@ -2,10 +2,13 @@
 
 import gzip
 import hashlib
+import subprocess
+import sys
 
 import pytest
 
 from conftest import ROOT
+from small_study import served
 from sparsurf.errors import InputError
 from structures import (
     Structure,
@@ -18,6 +21,7 @@ from structures import (
 )
 
 TABLE = "evidence/structures.csv"
+QUICK_TABLE = ROOT / "evidence/quick/structures.csv"
 
 
 def structure(tmp_path, content=b"ATOM", name="a.pdb"):
@@ -41,6 +45,27 @@ def test_a_structure_that_is_not_local_is_downloaded_with_its_checksum(tmp_path)
     assert set(entry) == {"url", "sha256", "model"} and entry["sha256"] == structures["1A2K_r"].sha256
     topology = str(ROOT / "data" / "tdp43" / "topology.pdb")
     assert protein_entry(structures["tdp43_c1"], str(tmp_path)) == {"structure": topology}
+
+
+def test_a_structure_is_fetched_from_its_url(tmp_path):
+    (tmp_path / "served").mkdir()
+    content = (ROOT / "evidence/quick/piece_1.pdb").read_bytes()
+    (tmp_path / "served" / "far.pdb").write_bytes(content)
+    with served(tmp_path / "served") as url:
+        row = f"far,far.pdb,{url}/far.pdb,{hashlib.sha256(content).hexdigest()},"
+        (tmp_path / "structures.csv").write_text(QUICK_TABLE.read_text() + row + "\n")
+        call = [sys.executable, "-m", "snakemake", "--snakefile", ROOT / "evidence/Snakefile"]
+        call += ["--directory", tmp_path, "--configfile", ROOT / "evidence/quick.yaml", "--cores", "1"]
+        call += [
+            "--config",
+            f"structures={tmp_path}/structures.csv",
+            "results=out",
+            "--",
+            "out/structures/far.pdb",
+        ]
+        run = subprocess.run(call, capture_output=True, text=True, check=False)
+    assert run.returncode == 0, run.stdout + run.stderr
+    assert (tmp_path / "out/structures/far.pdb").read_bytes() == content
 
 
 @pytest.mark.parametrize("table", [TABLE, "evidence/quick/structures.csv"])

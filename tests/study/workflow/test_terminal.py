@@ -80,3 +80,20 @@ def test_a_terminal_of_eighty_columns_shows_a_line_for_each_job_and_a_bar(option
 def test_a_plan_is_snakemakes_own(options):
     process = subprocess.run([*COMMAND, "-n"], capture_output=True, text=True, check=True, **options)
     assert "This was a dry-run" in process.stdout and "other_draw_roughness" in process.stdout
+
+
+def test_a_disk_that_cannot_be_written_is_told_in_one_sentence(options, tmp_path):
+    disk = tmp_path / "disk"
+    disk.mkdir()
+    (disk / "mark").touch()
+    (tmp_path / "Snakefile").write_text('rule mark:\n    output: "disk/mark"\n    shell: "touch {output}"\n')
+    call = [*COMMAND, "--forceall"]
+    if os.geteuid():
+        (disk / "mark").chmod(0o400)
+    else:  # who may write all but a disk that is mounted read-only
+        call = ["unshare", "--mount", "sh", "-c", 'mount --bind -o ro disk disk && exec "$@"', "sh", *call]
+        if subprocess.run([*call[:6], "true"], **options, capture_output=True).returncode:
+            pytest.skip("no disk can be mounted here")
+    run = subprocess.run(call, capture_output=True, text=True, **options)
+    assert run.returncode == 1
+    assert run.stdout == "disk/mark cannot be written. Make it and its folder writable and run again.\n"
