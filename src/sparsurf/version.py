@@ -1,3 +1,3 @@
 """The version of the library, for whoever writes it into a file."""
 
-__version__ = "6.0.0"
+__version__ = "7.0.0"
