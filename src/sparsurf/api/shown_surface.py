@@ -115,17 +115,21 @@ class ShownSurface:
         if whole is None:
             area = surface.total_area  # NaN where areas are not known
             walls = surface.area_of_walls(cavity) if cavity is not None else 0.0
-            return Extent(area, walls, is_known=self.about.is_whole)
+            volume = _volume(surface) if self.about.is_whole else ""
+            return Extent(area, walls, is_known=self.about.is_whole, volume=volume)
         is_removed = surface.origin is not None and surface.origin.rules.cavities == "remove"
         if whole.is_owned_by(surface):  # a coarse mesh has a smaller area than the surface that it stands for
             area, walls = whole.surface.total_area, whole.surface.area_of_walls(whole.cavity)
-            volume = ""
-            if whole.surface.placed:
-                volume = volume_in_words(
-                    summarize_components(columns_of_components(whole.surface)), "\N{NO-BREAK SPACE}Å³"
-                )
+            volume = _volume(whole.surface)
             return Extent(area, walls, is_known=True, cavities_are_removed=is_removed, volume=volume)
         return Extent(np.nan, selected_of=len(whole.surface))
+
+
+def _volume(surface: Surface) -> str:
+    """Return the exact volume and the handles of all dots of a surface, in words; empty where their atoms are not known."""
+    if not surface.placed:
+        return ""
+    return volume_in_words(summarize_components(columns_of_components(surface)), "\N{NO-BREAK SPACE}Å³")
 
 
 def shown_surface(

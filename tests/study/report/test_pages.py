@@ -80,7 +80,7 @@ def test_what_a_reader_looks_for_stands_on_a_page_as_in_its_table(run, shown):
     assert len(found) > 50 and not [name for (name, _), known in zip(wanted, found, strict=True) if not known]
 
 
-def test_the_area_of_a_surface_is_the_sum_of_its_residues(run, shown):
+def test_a_page_states_area_volume_and_handles_of_the_tables(run, shown):
     """Exact areas differ from the sums over dots by some Å^2, and its page states them, too."""
     surfaces = pd.read_csv(run / "surfaces.csv").set_index(["protein", "conformation"])["area"]
     for (protein, conformation), area in surfaces.items():
@@ -88,9 +88,11 @@ def test_the_area_of_a_surface_is_the_sum_of_its_residues(run, shown):
         if (folder / "residues.csv").is_file():
             assert area == pytest.approx(pd.read_csv(folder / "residues.csv")["area"].sum(), rel=1e-5)
             assert area != pytest.approx(np.load(folder / "surface.npz")["area"].sum(), rel=1e-5)
-            assert f" has an area of {area:,.0f} Å²" in shown[folder / "surface.html"].words.replace(
-                "\xa0", " "
-            )
+            words = shown[folder / "surface.html"].words.replace("\xa0", " ")
+            assert f" has an area of {area:,.0f} Å²" in words
+            parts = pd.read_csv(folder / "components.csv")
+            volume = np.where(parts["cavity"], -1, 1) @ parts["volume"]
+            assert f"a volume of {volume:,.0f} Å³, {parts['handles'].sum():.0f} handle" in words
 
 
 def test_each_link_leads_to_a_file_and_its_place(shown):
