@@ -81,7 +81,18 @@ def complexes(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def pages(complexes, blob, tmp_path_factory):
+def buried(tmp_path_factory):
+    """A file of a protein and of an atom of another residue that lies within it."""
+    lines = [
+        line for line in (ROOT / "data/tdp43/topology.pdb").read_text().splitlines() if line[:4] == "ATOM"
+    ]
+    place = [float(lines[100][k : k + 8]) + 0.3 for k in (30, 38, 46)]
+    lines += [atom_line("CA", "GLY", lines[0][21], "270", place), "END", ""]
+    return write(tmp_path_factory.mktemp("buried") / "buried.pdb", "\n".join(lines))
+
+
+@pytest.fixture(scope="module")
+def pages(complexes, buried, blob, tmp_path_factory):
     """The text of each page."""
     folder = tmp_path_factory.mktemp("pages")
     write(folder / "top.pdb", drifting(1))
@@ -98,6 +109,7 @@ def pages(complexes, blob, tmp_path_factory):
         "complex": sparsurf.show(complexes, open_browser=False).html,
         "frames": sparsurf.show(folder / "top.pdb", trajectory=folder / "run.xtc", open_browser=False).html,
         "dots": page_of_dots("blob", shown, values),
+        "buried": sparsurf.show(buried, open_browser=False).html,
     }
 
 
@@ -289,6 +301,14 @@ def test_a_list_is_in_the_order_of_its_numbers(shown, pages, page):
             assert {row[0]: float(row[3].split()[0].replace("−", "-")) for row in rows} == pytest.approx(
                 wanted, abs=0.6 * 10 ** -table["digits"]
             )
+
+
+def test_a_residue_with_little_surface_has_no_rank(shown, buried):
+    rows = shown_rows(shown("buried"))
+    areas = sparsurf.residues(sparsurf.surface(buried))["area"]
+    words = {k: "" if area >= 20 else "not ranked" for k, area in areas.items()}
+    assert {row[0]: row[2] for row in rows} == words
+    assert len({*words.values()}) == 2
 
 
 def test_find_shows_what_begins_with_each_word(shown, pages):

@@ -344,6 +344,7 @@ MODEL = "MODEL     {}\n" + peptide() + "ENDMDL\n"
         (peptide() + "END\n", True),
         (MODEL.format(1) + "END\n", True),
         (MODEL.format(1) + MODEL.format(2) + "END\n", False),
+        ((MODEL.format(1) + MODEL.format(2)).replace("ENDMDL\n", ""), False),
         (peptide() + "END\n" + peptide() + "END\n", False),
         (peptide(), True),
     ],
