@@ -12,6 +12,8 @@ import pytest
 from conftest import ROOT
 
 NOT_BY_RULES = {"bench.csv", "growth.csv"}  # of evidence/bench.py
+MSMS_SECONDS = 0.094  # of MSMS for the embedded structure, on the host for which bench.py promises times
+UNEVEN = 1.25  # CPU times of the same work on a shared host, of one run and of the next
 COMMITTED = {"tables": "evidence/tables", "figures": "docs"}
 
 
@@ -42,8 +44,17 @@ def test_every_requested_figure_is_committed(requested: set[str]):
 
 
 def test_no_figure_exceeds_what_is_promised():
-    bench = pd.read_csv(ROOT / "evidence/tables/bench.csv").dropna(subset="at_most").set_index("what")
-    assert len(bench) > 30 and not [*bench.index[bench["value"] > bench["at_most"]]]
+    """Memory never; times on a slower host by as much as MSMS is slower there, and by what a shared host is uneven."""
+    bench = pd.read_csv(ROOT / "evidence/tables/bench.csv").set_index("what")
+    slower = max(
+        1, bench.loc["peer: surface of the embedded structure by MSMS, a process", "value"] / MSMS_SECONDS
+    )
+    promised = bench.dropna(subset="at_most")
+    slack = (
+        promised["unit"].map({"times": UNEVEN, **dict.fromkeys(("s", "ms", "µs"), UNEVEN * slower)}).fillna(1)
+    )
+    assert len(promised) > 30
+    assert not [*promised.index[promised["value"] > promised["at_most"] * slack]]
 
 
 def test_every_rule_has_its_function():

@@ -102,7 +102,11 @@ def job(snakemake: Any) -> Iterator[Job]:
                 print(f"{ERROR_MARK}{sentence}", file=log)
             if getattr(snakemake, RAISE, False):
                 raise
-            if sentence != STOPPED and SHOWN not in os.environ:
+            if (
+                sentence == STOPPED
+            ):  # what was interrupted while it was made cannot be taken apart, and would say so
+                sys.unraisablehook = lambda _: None
+            elif SHOWN not in os.environ:
                 print(f"\n  {sentence}\n", file=sys.__stderr__, flush=True)
             sys.exit(1)
         finally:
